@@ -1,0 +1,3 @@
+#include "depth/estimate.h"
+
+namespace lamella {}  // namespace lamella

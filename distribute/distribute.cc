@@ -1,0 +1,3 @@
+#include "distribute/distribute.h"
+
+namespace lamella {}  // namespace lamella

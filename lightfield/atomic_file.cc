@@ -1,0 +1,89 @@
+#include "lightfield/atomic_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include "lightfield/error.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+[[noreturn]] void ThrowUnwritable(const fs::path& path, const std::string& reason) {
+  throw MachineError(path.string(), "can't be written (" + reason + ")",
+                     "check permissions and free space, then run the same command again");
+}
+
+// The reason for a failed write that the writer itself could not tell.
+std::string WriteFailureReason(const fs::path& temporary) {
+  std::error_code error;
+  const fs::path folder = temporary.parent_path().empty() ? "." : temporary.parent_path();
+  const fs::space_info space = fs::space(folder, error);
+  if (!error && space.available < (1U << 16)) return "no space left on the disk";
+  if (access(folder.c_str(), W_OK) != 0) return std::strerror(errno);
+  return "";
+}
+
+void Sync(const fs::path& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) ThrowUnwritable(path, std::strerror(errno));
+  const bool synced = fsync(file) == 0;
+  const int reason = errno;
+  close(file);
+  if (!synced) ThrowUnwritable(path, std::strerror(reason));
+}
+
+}  // namespace
+
+void WriteAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  fs::path temporary = path;
+  temporary.replace_filename(path.stem().string() + ".partial" + path.extension().string());
+  std::error_code ignored;
+  try {
+    write(temporary);
+    Sync(temporary);
+    fs::rename(temporary, path);
+  } catch (const Error& error) {
+    const std::string reason = WriteFailureReason(temporary);
+    fs::remove(temporary, ignored);
+    if (error.code() != ExitCode::kMachine && !reason.empty()) ThrowUnwritable(path, reason);
+    throw;
+  } catch (const std::exception& error) {
+    const std::string reason = WriteFailureReason(temporary);
+    fs::remove(temporary, ignored);
+    ThrowUnwritable(path, reason.empty() ? error.what() : reason);
+  }
+}
+
+void WriteTextAtomically(const fs::path& path, std::string_view text) {
+  WriteAtomically(path, [&](const fs::path& temporary) {
+    std::ofstream file(temporary, std::ios::binary);
+    file.write(text.data(), static_cast<std::streamsize>(text.size()));
+    file.close();
+    if (!file) ThrowUnwritable(path, std::strerror(errno));
+  });
+}
+
+std::string ReadText(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) {
+    if (std::error_code error; fs::exists(path, error) && fs::file_size(path, error) == 0) return "";
+    throw InputError(path.string(), "can't be read", "check that it exists and is a readable file");
+  }
+  return text.str();
+}
+
+void CreateFolder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) ThrowUnwritable(path, error.message());
+}
+
+}  // namespace lamella

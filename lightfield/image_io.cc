@@ -1,0 +1,271 @@
+#include "lightfield/image_io.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <OpenImageIO/imageio.h>
+
+#include "lightfield/atomic_file.h"
+#include "lightfield/color.h"
+#include "lightfield/error.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kReplaceIt = "replace the file or leave it out with --views '!NAME'";
+
+Error Unreadable(const fs::path& path, const std::string& reason) {
+  return InputError(path.string(), "is no readable image (" + reason + ")", kReplaceIt);
+}
+
+bool IsFloat(const OIIO::ImageSpec& spec) {
+  return spec.format == OIIO::TypeDesc::FLOAT || spec.format == OIIO::TypeDesc::HALF ||
+         spec.format == OIIO::TypeDesc::DOUBLE;
+}
+
+bool SwapsAxes(int orientation) { return orientation >= 5; }
+
+// libjpeg pads a truncated file with grey and calls that a warning: a whole JPEG has an
+// end-of-image marker after its last scan.
+void CheckJpegIsWhole(const fs::path& path) {
+  const std::string bytes = ReadText(path);
+  const std::size_t scan = bytes.rfind("\xFF\xDA");
+  const std::size_t end = bytes.rfind("\xFF\xD9");
+  if (scan == std::string::npos || end == std::string::npos || end < scan) {
+    throw Unreadable(path, "the JPEG is truncated");
+  }
+}
+
+OIIO::ImageBuf ReadUpright(const fs::path& path, OIIO::TypeDesc type) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
+  OIIO::ImageBuf buffer(path.string());
+  if (!buffer.read(0, 0, true, type)) throw Unreadable(path, buffer.geterror());
+  if (std::string(buffer.file_format_name()) == "jpeg") CheckJpegIsWhole(path);
+  if (buffer.orientation() != 1) buffer = OIIO::ImageBufAlgo::reorient(buffer);
+  return buffer;
+}
+
+// Pixels of the first three channels (grey repeated), with `convert` from T to Out::channel.
+template <class T, class Out, class Convert>
+Image<Out> ToImage(const OIIO::ImageBuf& buffer, Convert convert) {
+  const int width = buffer.spec().width, height = buffer.spec().height;
+  const int channels = buffer.nchannels();
+  const bool grey = channels < 3;
+  std::vector<T> row(static_cast<std::size_t>(width) * static_cast<std::size_t>(channels));
+  Image<Out> image(width, height);
+  for (int y = 0; y < height; ++y) {
+    const int y0 = buffer.spec().y + y;
+    buffer.get_pixels(OIIO::ROI(buffer.spec().x, buffer.spec().x + width, y0, y0 + 1, 0, 1, 0, channels),
+                      OIIO::TypeDescFromC<T>::value(), row.data());
+    for (int x = 0; x < width; ++x) {
+      const T* p = row.data() + static_cast<std::ptrdiff_t>(x) * channels;
+      image(x, y) = {convert(p[0]), convert(p[grey ? 0 : 1]), convert(p[grey ? 0 : 2])};
+    }
+  }
+  return image;
+}
+
+void WriteBuffer(const fs::path& path, const OIIO::ImageSpec& spec, const void* pixels,
+                 OIIO::TypeDesc type) {
+  WriteAtomically(path, [&](const fs::path& temporary) {
+    const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(temporary.string());
+    if (!out) throw std::runtime_error(OIIO::geterror());
+    if (!out->open(temporary.string(), spec) || !out->write_image(type, pixels) || !out->close()) {
+      throw std::runtime_error(out->geterror());
+    }
+  });
+}
+
+OIIO::ImageSpec PngSpec(int width, int height, int channels) {
+  OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  spec.attribute("png:compressionLevel", 6);
+  return spec;
+}
+
+}  // namespace
+
+ImageInfo ReadImageInfo(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
+  if (fs::file_size(path, error) == 0) throw Unreadable(path, "the file is empty");
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
+  if (!input) {
+    const std::string reason = OIIO::geterror();
+    throw Unreadable(path, reason.empty() ? "unknown format" : reason);
+  }
+  const OIIO::ImageSpec& spec = input->spec();
+  ImageInfo info;
+  info.orientation = std::clamp(spec.get_int_attribute("Orientation", 1), 1, 8);
+  info.width = SwapsAxes(info.orientation) ? spec.height : spec.width;
+  info.height = SwapsAxes(info.orientation) ? spec.width : spec.height;
+  info.channels = spec.nchannels;
+  info.bits = spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(spec.format.size()) * 8);
+  info.is_float = IsFloat(spec);
+  const float focal = spec.get_float_attribute("Exif:FocalLength", 0.0F);
+  const float focal_35mm = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0.0F);
+  if (focal > 0) info.focal_mm = static_cast<double>(focal);
+  if (focal_35mm > 0) info.focal_35mm = static_cast<double>(focal_35mm);
+  info.camera_maker = spec.get_string_attribute("Make");
+  info.camera_model = spec.get_string_attribute("Model");
+  return info;
+}
+
+Image<Rgb> ReadImage(const fs::path& path) {
+  const OIIO::ImageBuf buffer = ReadUpright(path, OIIO::TypeDesc::UNKNOWN);
+  if (!IsFloat(buffer.spec())) {
+    if (buffer.spec().format == OIIO::TypeDesc::UINT8) {
+      return ToImage<std::uint8_t, Rgb>(buffer, [](std::uint8_t v) { return Srgb8ToLinear(v); });
+    }
+    return ToImage<float, Rgb>(buffer, [](float v) { return SrgbToLinear(v); });
+  }
+  Image<Rgb> image = ToImage<float, Rgb>(buffer, [](float v) { return v; });
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    const Rgb& p = image.data()[i];
+    if (!std::isfinite(p.r) || !std::isfinite(p.g) || !std::isfinite(p.b)) {
+      const int x = static_cast<int>(i) % image.width(), y = static_cast<int>(i) / image.width();
+      throw InputError(path.string(), "has a value that is not finite at pixel " + std::to_string(x) +
+                       "," + std::to_string(y), kReplaceIt);
+    }
+  }
+  return image;
+}
+
+Image<Rgb8> ReadSrgb8(const fs::path& path) {
+  const OIIO::ImageBuf buffer = ReadUpright(path, OIIO::TypeDesc::UNKNOWN);
+  if (IsFloat(buffer.spec())) {
+    return ToImage<float, Rgb8>(buffer, [](float v) { return LinearToSrgb8(v); });
+  }
+  return ToImage<std::uint8_t, Rgb8>(buffer, [](std::uint8_t v) { return v; });
+}
+
+Image<float> ReadAlpha(const fs::path& path) {
+  const OIIO::ImageBuf buffer = ReadUpright(path, OIIO::TypeDesc::FLOAT);
+  const int channel = buffer.spec().alpha_channel;
+  if (channel < 0) return {};
+  Image<float> alpha(buffer.spec().width, buffer.spec().height);
+  OIIO::ROI roi = buffer.roi();
+  roi.chbegin = channel;
+  roi.chend = channel + 1;
+  buffer.get_pixels(roi, OIIO::TypeDesc::FLOAT, alpha.data());
+  return alpha;
+}
+
+void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_quality) {
+  std::vector<Rgb8> packed;
+  packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
+  for (int y = 0; y < codes.height; ++y) packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
+  OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3);
+  spec.attribute("CompressionQuality", jpeg_quality);
+  WriteBuffer(path, spec, packed.data(), OIIO::TypeDesc::UINT8);
+}
+
+void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes) {
+  std::vector<std::uint8_t> packed;
+  for (int y = 0; y < codes.height; ++y) packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
+  WriteBuffer(path, PngSpec(codes.width, codes.height, 1), packed.data(), OIIO::TypeDesc::UINT8);
+}
+
+void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear) {
+  Image<Rgb8> codes(linear.width, linear.height);
+  for (int y = 0; y < linear.height; ++y) {
+    for (int x = 0; x < linear.width; ++x) {
+      const Rgb p = linear(x, y);
+      codes(x, y) = {LinearToSrgb8(p.r), LinearToSrgb8(p.g), LinearToSrgb8(p.b)};
+    }
+  }
+  WriteCodes8(path, codes.span());
+}
+
+void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear, ImageSpan<const float> alpha) {
+  std::vector<std::uint8_t> packed;
+  packed.reserve(4U * static_cast<std::size_t>(linear.width) * static_cast<std::size_t>(linear.height));
+  for (int y = 0; y < linear.height; ++y) {
+    for (int x = 0; x < linear.width; ++x) {
+      const Rgb p = linear(x, y);
+      const float a = std::clamp(alpha(x, y), 0.0F, 1.0F);
+      packed.insert(packed.end(), {LinearToSrgb8(p.r), LinearToSrgb8(p.g), LinearToSrgb8(p.b),
+                                   static_cast<std::uint8_t>(std::lround(a * 255.0F))});
+    }
+  }
+  WriteBuffer(path, PngSpec(linear.width, linear.height, 4), packed.data(), OIIO::TypeDesc::UINT8);
+}
+
+void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrType type) {
+  const int width = channels.at(0).pixels.width(), height = channels.at(0).pixels.height();
+  const int count = static_cast<int>(channels.size());
+  OIIO::ImageSpec spec(width, height, count,
+                       type == ExrType::kHalf ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+  spec.channelnames.clear();
+  for (const Channel& channel : channels) spec.channelnames.push_back(channel.name);
+  spec.alpha_channel = -1;
+  spec.attribute("compression", "zip");
+  std::vector<float> packed(static_cast<std::size_t>(count) * channels[0].pixels.size());
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const float* from = channels[c].pixels.data();
+    for (std::size_t i = 0; i < channels[c].pixels.size(); ++i) {
+      packed[i * channels.size() + c] = from[i];
+    }
+  }
+  WriteBuffer(path, spec, packed.data(), OIIO::TypeDesc::FLOAT);
+}
+
+std::vector<Channel> ReadExr(const fs::path& path) {
+  OIIO::ImageBuf buffer(path.string());
+  if (!buffer.read(0, 0, true, OIIO::TypeDesc::FLOAT)) throw Unreadable(path, buffer.geterror());
+  std::vector<Channel> channels;
+  for (int c = 0; c < buffer.nchannels(); ++c) {
+    Channel channel{buffer.spec().channelnames[static_cast<std::size_t>(c)],
+                    Image<float>(buffer.spec().width, buffer.spec().height)};
+    OIIO::ROI roi = buffer.roi();
+    roi.chbegin = c;
+    roi.chend = c + 1;
+    buffer.get_pixels(roi, OIIO::TypeDesc::FLOAT, channel.pixels.data());
+    channels.push_back(std::move(channel));
+  }
+  return channels;
+}
+
+Image<float> TakeChannel(std::vector<Channel>& channels, const std::string& name,
+                         const fs::path& path) {
+  for (Channel& channel : channels) {
+    if (channel.name == name) return std::move(channel.pixels);
+  }
+  throw InputError(path.string(), "has no channel \"" + name + "\"", "run the stage that writes it again");
+}
+
+Image<float> ReadPfm(const fs::path& path) {
+  std::istringstream file(ReadText(path));
+  std::string magic;
+  int width = 0, height = 0;
+  double scale = 0;
+  if (!(file >> magic >> width >> height >> scale) || magic != "Pf" || width < 1 || height < 1 ||
+      scale == 0 || width > (1 << 20) || height > (1 << 20)) {
+    throw Unreadable(path, "no one-channel PFM");
+  }
+  file.get();  // the one blank after the header
+  Image<float> image(width, height);
+  for (int y = height - 1; y >= 0; --y) {  // rows are stored bottom to top
+    file.read(reinterpret_cast<char*>(image.row(y)), static_cast<std::streamsize>(sizeof(float)) * width);
+  }
+  if (!file) throw Unreadable(path, "the PFM is truncated");
+  const bool little = scale < 0;
+  if (little != (std::endian::native == std::endian::little)) {
+    for (std::size_t i = 0; i < image.size(); ++i) {
+      const auto bits = std::bit_cast<std::uint32_t>(image.data()[i]);
+      image.data()[i] = std::bit_cast<float>(__builtin_bswap32(bits));
+    }
+  }
+  return image;
+}
+
+}  // namespace lamella

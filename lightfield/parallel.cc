@@ -1,0 +1,45 @@
+#include "lightfield/parallel.h"
+
+#include <algorithm>
+
+#include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+namespace lamella {
+
+void ParallelFor(std::int64_t begin, std::int64_t end, std::int64_t grain,
+                 const std::function<void(std::int64_t, std::int64_t)>& body) {
+  if (begin >= end) return;
+  // simple_partitioner: the ranges depend on the grain alone, not on the machine.
+  tbb::parallel_for(
+      tbb::blocked_range<std::int64_t>(begin, end, std::max<std::int64_t>(grain, 1)),
+      [&](const tbb::blocked_range<std::int64_t>& range) { body(range.begin(), range.end()); },
+      tbb::simple_partitioner());
+}
+
+void ParallelForEach(std::int64_t begin, std::int64_t end,
+                     const std::function<void(std::int64_t)>& body) {
+  ParallelFor(begin, end, 1, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) body(i);
+  });
+}
+
+struct ThreadLimit::Impl {
+  explicit Impl(int threads)
+      : control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)) {}
+  tbb::global_control control;
+};
+
+ThreadLimit::ThreadLimit(int threads)
+    : impl_(threads > 0 ? std::make_unique<Impl>(threads) : nullptr) {}
+ThreadLimit::~ThreadLimit() = default;
+
+int NumThreads() {
+  const auto limit = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  return static_cast<int>(
+      std::min<std::size_t>(limit, static_cast<std::size_t>(tbb::this_task_arena::max_concurrency())));
+}
+
+}  // namespace lamella

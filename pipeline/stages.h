@@ -1,0 +1,63 @@
+// The six stages. Each loads, calls one pure function, saves, and knows no other stage.
+// A stage reads the finished folders of the stages before it and writes files only below
+// run.folder(); pipeline.cc decides which of them run.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "depth/estimate.h"
+#include "depth/render.h"
+#include "distribute/distribute.h"
+#include "lightfield/options.h"
+#include "lightfield/progress.h"
+#include "pipeline/workspace.h"
+
+namespace lamella {
+
+struct CaptureOptions {
+  std::string input;    // a folder of photographs, a grid's folder, a transforms.json
+  std::string views;    // NAME|GLOB|!NAME,...; empty: all
+  std::string cameras;  // known cameras of photographs: transforms.json or a folder of .camera files
+};
+OptionTable Describe(CaptureOptions& options);
+
+struct PosesOptions {
+  int image_size_px = 1000;     // longer side for feature extraction
+  int features = 2000;          // per image
+  int first_octave = 0;         // -1 doubles the image
+  int undistorted_size_px = 0;  // longer side of the undistorted images; 0: as captured
+  bool refine_principal_point = false;
+};
+OptionTable Describe(PosesOptions& options);
+void ApplyQuality(Quality quality, PosesOptions& options);
+
+struct FramesOptions {
+  std::string response = "srgb";  // of the panels
+};
+OptionTable Describe(FramesOptions& options);
+
+struct PreviewOptions {
+  int positions = 7;         // eyes per axis
+  double eye_box_mm = 54.3;  // they span +- this at the viewing distance
+};
+OptionTable Describe(PreviewOptions& options);
+void ApplyQuality(Quality quality, PreviewOptions& options);
+
+// The content hash of everything outside of the workspace that the stage reads.
+std::string HashCaptureInput(const CaptureOptions& options);
+
+StageReport RunCapture(const Workspace& workspace, const CaptureOptions& options, StageRun& run,
+                       Progress& progress);
+StageReport RunPoses(const Workspace& workspace, const PosesOptions& options, StageRun& run,
+                     Progress& progress);
+StageReport RunDepth(const Workspace& workspace, const DepthOptions& options, StageRun& run,
+                     Progress& progress);
+StageReport RunLayers(const Workspace& workspace, const LayersOptions& options,
+                      const RenderOptions& render, StageRun& run, Progress& progress);
+StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, StageRun& run,
+                      Progress& progress);
+StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options,
+                       const RenderOptions& render, StageRun& run, Progress& progress);
+
+}  // namespace lamella

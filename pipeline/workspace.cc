@@ -1,0 +1,4 @@
+#include "pipeline/stages.h"
+#include "pipeline/workspace.h"
+
+namespace lamella {}  // namespace lamella
