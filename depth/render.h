@@ -14,9 +14,9 @@
 namespace lamella {
 
 struct RenderOptions {
-  int views = 4;                // K: inputs that are blended
-  int maps = 3;                 // n_f: depth maps that are warped to find a ray's depth
-  double visibility_px = 0.4;   // sv: softness of the visibility test, px of disparity per neighbour
+  int views = 4;               // K: inputs that are blended
+  int maps = 3;                // n_f: depth maps that are warped to find a ray's depth
+  double visibility_px = 0.4;  // sv: softness of the visibility test, px of disparity per neighbour
   std::string filter = "catmull_rom";  // or "bilinear"
 };
 
@@ -24,11 +24,12 @@ OptionTable Describe(RenderOptions& options);
 void ApplyQuality(Quality quality, RenderOptions& options);
 
 struct DepthView {
-  View view;           // pinhole
-  Image<Rgb> color;    // linear; the camera's size
-  DepthMap depth;      // may be smaller than the camera's size (then its camera is Resized)
+  View view;         // pinhole
+  Image<Rgb> color;  // linear; the camera's size
+  DepthMap depth;    // may be smaller than the camera's size (then its camera is Resized)
 };
 
-std::unique_ptr<RaySource> CaptureSource(std::vector<DepthView> views, const RenderOptions& options);
+std::unique_ptr<RaySource> CaptureSource(std::vector<DepthView> views,
+                                         const RenderOptions& options);
 
 }  // namespace lamella

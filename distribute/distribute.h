@@ -1,9 +1,9 @@
-// Distribution of a scene's rays to a display's layers (Algorithms 1 and 2 of Ranieri et al. 2012 on
-// one page): read this first.
+// Distribution of a scene's rays to a display's layers (Algorithms 1 and 2 of Ranieri et al. 2012
+// on one page): read this first.
 //
 //   for every node of the display's rays: query the source once
-//     for every layer: weight_l(z) * colour and coverage, added to the emitters by the exact overlap of
-//     their beams with the node's cell
+//     for every layer: weight_l(z) * colour and coverage, added to the emitters by the exact
+//     overlap of their beams with the node's cell
 #pragma once
 
 #include <string>
@@ -21,8 +21,8 @@ namespace lamella {
 struct LayersOptions {
   std::string display = "paper-two-layer";  // a preset's name or a file
   PlacementOptions placement;
-  int nodes_per_step = 1;         // nodes of the eye plane (or slopes) per emitter step and axis
-  int samples_per_pixel = 1;      // rays per emitter pitch and axis in a node's bundle
+  int nodes_per_step = 1;           // nodes of the eye plane (or slopes) per emitter step and axis
+  int samples_per_pixel = 1;        // rays per emitter pitch and axis in a node's bundle
   std::optional<double> border_mm;  // default: the display's
 };
 OptionTable Describe(LayersOptions& options);
@@ -42,7 +42,7 @@ struct LayerImages {
 };
 
 // `source` is placed: it answers in the display's frame.
-LayerImages Distribute(const RaySource& source, const Display& display, const LayersOptions& options,
-                       Progress& progress);
+LayerImages Distribute(const RaySource& source, const Display& display,
+                       const LayersOptions& options, Progress& progress);
 
 }  // namespace lamella

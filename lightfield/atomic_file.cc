@@ -1,13 +1,13 @@
 #include "lightfield/atomic_file.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 #include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
 
 #include "lightfield/error.h"
 
@@ -74,7 +74,8 @@ std::string ReadText(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   if (!file || !(text << file.rdbuf())) {
-    if (std::error_code error; fs::exists(path, error) && fs::file_size(path, error) == 0) return "";
+    if (std::error_code error; fs::exists(path, error) && fs::file_size(path, error) == 0)
+      return "";
     throw InputError(path.string(), "can't be read", "check that it exists and is a readable file");
   }
   return text.str();

@@ -25,7 +25,8 @@ Vector2d DistortBrown(const std::array<double, 8>& k, const Vector2d& u, Matrix2
   if (d_u != nullptr) {
     const double d_numerator = k[0] + 2 * k[1] * r2 + 3 * k[4] * r4;
     const double d_denominator = k[5] + 2 * k[6] * r2 + 3 * k[7] * r4;
-    const double slope = 2 * (d_numerator - radial * d_denominator) / denominator;  // d radial/d r2 * 2
+    const double slope =
+        2 * (d_numerator - radial * d_denominator) / denominator;  // d radial/d r2 * 2
     (*d_u)(0, 0) = radial + x * slope * x + 2 * p1 * y + 6 * p2 * x;
     (*d_u)(0, 1) = x * slope * y + 2 * p1 * x + 2 * p2 * y;
     (*d_u)(1, 0) = y * slope * x + 2 * p2 * y + 2 * p1 * x;
@@ -50,7 +51,8 @@ Vector2d DistortBrown(const std::array<double, 8>& k, const Vector2d& u, Matrix2
 // Equidistant fisheye, theta to theta_d.
 double DistortAngle(const std::array<double, 8>& k, double theta, double* d_theta) {
   const double t2 = theta * theta, t4 = t2 * t2, t6 = t4 * t2, t8 = t4 * t4;
-  if (d_theta != nullptr) *d_theta = 1 + 3 * k[0] * t2 + 5 * k[1] * t4 + 7 * k[2] * t6 + 9 * k[3] * t8;
+  if (d_theta != nullptr)
+    *d_theta = 1 + 3 * k[0] * t2 + 5 * k[1] * t4 + 7 * k[2] * t6 + 9 * k[3] * t8;
   return theta * (1 + k[0] * t2 + k[1] * t4 + k[2] * t6 + k[3] * t8);
 }
 
@@ -165,7 +167,8 @@ std::optional<Vector2d> Project(const Camera& camera, const Vector3d& point,
 std::optional<Vector3d> Unproject(const Camera& camera, const Vector2d& pixel,
                                   Eigen::Matrix<double, 3, 2>* jacobian) {
   if (camera.model == CameraModel::kFisheye) return UnprojectFisheye(camera, pixel, jacobian);
-  const Vector2d distorted((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
+  const Vector2d distorted((pixel.x() - camera.cx) / camera.fx,
+                           (pixel.y() - camera.cy) / camera.fy);
   Matrix2d d_u = Matrix2d::Identity();
   std::optional<Vector2d> u = distorted;
   if (camera.model == CameraModel::kBrown) u = UndistortBrown(camera, distorted, &d_u);

@@ -22,9 +22,9 @@ enum class CameraModel {
 
 struct Camera {
   CameraModel model = CameraModel::kPinhole;
-  int width = 0, height = 0;                   // px
-  double fx = 0, fy = 0, cx = 0, cy = 0;       // px
-  std::array<double, 8> distortion{};          // unused ones are 0
+  int width = 0, height = 0;              // px
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // px
+  std::array<double, 8> distortion{};     // unused ones are 0
 
   // fx, fy, cx, cy, then the distortion: the order of the columns of PixelJacobian::parameters.
   static constexpr int kNumParameters = 12;

@@ -6,9 +6,10 @@
 
 namespace lamella {
 
-float SrgbToLinear(float encoded);  // [0,1] -> [0,1]; extended linearly below 0 and by the power above 1
+float SrgbToLinear(
+    float encoded);  // [0,1] -> [0,1]; extended linearly below 0 and by the power above 1
 float LinearToSrgb(float linear);
-float Srgb8ToLinear(std::uint8_t encoded);   // table
-std::uint8_t LinearToSrgb8(float linear);    // nearest code, clamped; NaN is 0
+float Srgb8ToLinear(std::uint8_t encoded);  // table
+std::uint8_t LinearToSrgb8(float linear);   // nearest code, clamped; NaN is 0
 
 }  // namespace lamella

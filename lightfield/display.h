@@ -11,8 +11,9 @@
 
 namespace lamella {
 
-// A parallax barrier (paper section 3; displays.md section 2): openings of aperture_px x aperture_px
-// emitters every period_px, shown in slots x slots time slots that shift it by period_px / slots.
+// A parallax barrier (paper section 3; displays.md section 2): openings of aperture_px x
+// aperture_px emitters every period_px, shown in slots x slots time slots that shift it by
+// period_px / slots.
 struct Barrier {
   int period_px = 6;    // P, emitters
   int aperture_px = 2;  // a, emitters; same parity as P
@@ -23,7 +24,7 @@ struct Layer {
   double position_mm = 0;  // z of the modulating plane
   double d0_mm = 5;        // emissive plane to modulating plane, air-equivalent (gap / index)
   Barrier barrier;
-  bool mirror_x = false;   // seen by reflection: its finished frames are flipped in x
+  bool mirror_x = false;  // seen by reflection: its finished frames are flipped in x
 };
 
 struct Display {

@@ -46,10 +46,10 @@ Error MachineError(std::string_view where, std::string_view what, std::string_vi
 }
 
 std::string NearestName(std::string_view name, const std::vector<std::string>& candidates) {
-  const auto nearest = std::min_element(
-      candidates.begin(), candidates.end(), [&](const std::string& a, const std::string& b) {
-        return EditDistance(name, a) < EditDistance(name, b);
-      });
+  const auto nearest = std::min_element(candidates.begin(), candidates.end(),
+                                        [&](const std::string& a, const std::string& b) {
+                                          return EditDistance(name, a) < EditDistance(name, b);
+                                        });
   return nearest == candidates.end() ? std::string() : *nearest;
 }
 

@@ -47,7 +47,7 @@ std::string Digits(XXH128_hash_t hash) {
 
 std::string Sha256OfFile(const std::filesystem::path& path) {
   const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
-                                                                       &EVP_MD_CTX_free);
+                                                                        &EVP_MD_CTX_free);
   EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
   ForEachBlock(path, [&](const char* data, std::size_t size) {
     EVP_DigestUpdate(context.get(), data, size);
@@ -63,7 +63,7 @@ std::string ContentHash(std::string_view bytes) {
 
 std::string ContentHashOfFile(const std::filesystem::path& path) {
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
-                                                                      &XXH3_freeState);
+                                                                       &XXH3_freeState);
   XXH3_128bits_reset(state.get());
   ForEachBlock(path, [&](const char* data, std::size_t size) {
     XXH3_128bits_update(state.get(), data, size);

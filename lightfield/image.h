@@ -51,10 +51,12 @@ class Image {
  public:
   Image() = default;
   Image(int width, int height, T fill = T())
-      : width_(width), height_(height),
+      : width_(width),
+        height_(height),
         pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), fill) {}
   Image(Image&& other) noexcept
-      : width_(std::exchange(other.width_, 0)), height_(std::exchange(other.height_, 0)),
+      : width_(std::exchange(other.width_, 0)),
+        height_(std::exchange(other.height_, 0)),
         pixels_(std::move(other.pixels_)) {}
   Image& operator=(Image&& other) noexcept {
     width_ = std::exchange(other.width_, 0);

@@ -63,8 +63,9 @@ Image<Out> ToImage(const OIIO::ImageBuf& buffer, Convert convert) {
   Image<Out> image(width, height);
   for (int y = 0; y < height; ++y) {
     const int y0 = buffer.spec().y + y;
-    buffer.get_pixels(OIIO::ROI(buffer.spec().x, buffer.spec().x + width, y0, y0 + 1, 0, 1, 0, channels),
-                      OIIO::TypeDescFromC<T>::value(), row.data());
+    buffer.get_pixels(
+        OIIO::ROI(buffer.spec().x, buffer.spec().x + width, y0, y0 + 1, 0, 1, 0, channels),
+        OIIO::TypeDescFromC<T>::value(), row.data());
     for (int x = 0; x < width; ++x) {
       const T* p = row.data() + static_cast<std::ptrdiff_t>(x) * channels;
       image(x, y) = {convert(p[0]), convert(p[grey ? 0 : 1]), convert(p[grey ? 0 : 2])};
@@ -109,7 +110,8 @@ ImageInfo ReadImageInfo(const fs::path& path) {
   info.width = SwapsAxes(info.orientation) ? spec.height : spec.width;
   info.height = SwapsAxes(info.orientation) ? spec.width : spec.height;
   info.channels = spec.nchannels;
-  info.bits = spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(spec.format.size()) * 8);
+  info.bits =
+      spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(spec.format.size()) * 8);
   info.is_float = IsFloat(spec);
   const float focal = spec.get_float_attribute("Exif:FocalLength", 0.0F);
   const float focal_35mm = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0.0F);
@@ -133,8 +135,10 @@ Image<Rgb> ReadImage(const fs::path& path) {
     const Rgb& p = image.data()[i];
     if (!std::isfinite(p.r) || !std::isfinite(p.g) || !std::isfinite(p.b)) {
       const int x = static_cast<int>(i) % image.width(), y = static_cast<int>(i) / image.width();
-      throw InputError(path.string(), "has a value that is not finite at pixel " + std::to_string(x) +
-                       "," + std::to_string(y), kReplaceIt);
+      throw InputError(
+          path.string(),
+          "has a value that is not finite at pixel " + std::to_string(x) + "," + std::to_string(y),
+          kReplaceIt);
     }
   }
   return image;
@@ -163,7 +167,8 @@ Image<float> ReadAlpha(const fs::path& path) {
 void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_quality) {
   std::vector<Rgb8> packed;
   packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
-  for (int y = 0; y < codes.height; ++y) packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
+  for (int y = 0; y < codes.height; ++y)
+    packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
   OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3);
   spec.attribute("CompressionQuality", jpeg_quality);
   WriteBuffer(path, spec, packed.data(), OIIO::TypeDesc::UINT8);
@@ -171,7 +176,8 @@ void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_qua
 
 void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes) {
   std::vector<std::uint8_t> packed;
-  for (int y = 0; y < codes.height; ++y) packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
+  for (int y = 0; y < codes.height; ++y)
+    packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
   WriteBuffer(path, PngSpec(codes.width, codes.height, 1), packed.data(), OIIO::TypeDesc::UINT8);
 }
 
@@ -188,7 +194,8 @@ void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear) {
 
 void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear, ImageSpan<const float> alpha) {
   std::vector<std::uint8_t> packed;
-  packed.reserve(4U * static_cast<std::size_t>(linear.width) * static_cast<std::size_t>(linear.height));
+  packed.reserve(4U * static_cast<std::size_t>(linear.width) *
+                 static_cast<std::size_t>(linear.height));
   for (int y = 0; y < linear.height; ++y) {
     for (int x = 0; x < linear.width; ++x) {
       const Rgb p = linear(x, y);
@@ -240,7 +247,8 @@ Image<float> TakeChannel(std::vector<Channel>& channels, const std::string& name
   for (Channel& channel : channels) {
     if (channel.name == name) return std::move(channel.pixels);
   }
-  throw InputError(path.string(), "has no channel \"" + name + "\"", "run the stage that writes it again");
+  throw InputError(path.string(), "has no channel \"" + name + "\"",
+                   "run the stage that writes it again");
 }
 
 Image<float> ReadPfm(const fs::path& path) {
@@ -255,7 +263,8 @@ Image<float> ReadPfm(const fs::path& path) {
   file.get();  // the one blank after the header
   Image<float> image(width, height);
   for (int y = height - 1; y >= 0; --y) {  // rows are stored bottom to top
-    file.read(reinterpret_cast<char*>(image.row(y)), static_cast<std::streamsize>(sizeof(float)) * width);
+    file.read(reinterpret_cast<char*>(image.row(y)),
+              static_cast<std::streamsize>(sizeof(float)) * width);
   }
   if (!file) throw Unreadable(path, "the PFM is truncated");
   const bool little = scale < 0;

@@ -15,9 +15,9 @@ namespace lamella {
 // picture, i.e. after the EXIF orientation was applied.
 struct ImageInfo {
   int width = 0, height = 0, channels = 0;
-  int bits = 8;           // of a channel
-  bool is_float = false;  // linear by convention (EXR, PFM, float TIFF)
-  int orientation = 1;    // EXIF 1..8
+  int bits = 8;                                // of a channel
+  bool is_float = false;                       // linear by convention (EXR, PFM, float TIFF)
+  int orientation = 1;                         // EXIF 1..8
   std::optional<double> focal_mm, focal_35mm;  // EXIF FocalLength, FocalLengthIn35mmFilm
   std::string camera_maker, camera_model;
 };

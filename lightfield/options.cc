@@ -53,8 +53,8 @@ void SetText(const OptionField& field, std::string& value, std::string_view text
   const auto& choices = field.choices;
   if (!choices.empty() && std::find(choices.begin(), choices.end(), text) == choices.end()) {
     throw UsageError(where, fmt::format("{} has no value \"{}\"", field.name, text),
-                     fmt::format("did you mean \"{}\"? (one of: {})",
-                                 NearestName(text, choices), fmt::join(choices, ", ")));
+                     fmt::format("did you mean \"{}\"? (one of: {})", NearestName(text, choices),
+                                 fmt::join(choices, ", ")));
   }
   value = text;
 }
@@ -79,24 +79,29 @@ std::string NodeText(const OptionField& field, const toml::node& node, std::stri
   const bool wants_text = std::holds_alternative<std::string*>(field.value);
   const bool wants_truth = std::holds_alternative<bool*>(field.value);
   if (const auto* text = node.as_string(); text && wants_text) return text->get();
-  if (const auto* truth = node.as_boolean(); truth && wants_truth) return truth->get() ? "true" : "false";
+  if (const auto* truth = node.as_boolean(); truth && wants_truth)
+    return truth->get() ? "true" : "false";
   if (!wants_text && !wants_truth) {
     if (const auto* whole = node.as_integer()) return fmt::format("{}", whole->get());
     if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
   }
   throw UsageError(where, fmt::format("{} has the wrong type", field.name),
-                   wants_text ? "give a string in quotes" : wants_truth ? "give true or false" : "give a number");
+                   wants_text    ? "give a string in quotes"
+                   : wants_truth ? "give true or false"
+                                 : "give a number");
 }
 
 void ApplyTable(const std::filesystem::path& path, const toml::table& values,
                 const OptionTable& table) {
   for (const auto& [key, node] : values) {
     const std::string where = fmt::format("{}:{}", path.string(), node.source().begin.line);
-    const auto field = std::find_if(table.fields.begin(), table.fields.end(),
-                                    [&, k = &key](const OptionField& f) { return f.name == k->str(); });
+    const auto field =
+        std::find_if(table.fields.begin(), table.fields.end(),
+                     [&, k = &key](const OptionField& f) { return f.name == k->str(); });
     if (field == table.fields.end()) {
-      throw UsageError(where, fmt::format("[{}] has no key \"{}\"", table.section, key.str()),
-                       fmt::format("did you mean \"{}\"?", NearestName(key.str(), Names(table.fields))));
+      throw UsageError(
+          where, fmt::format("[{}] has no key \"{}\"", table.section, key.str()),
+          fmt::format("did you mean \"{}\"?", NearestName(key.str(), Names(table.fields))));
     }
     SetOption(*field, NodeText(*field, node, where), where);
   }
@@ -130,11 +135,16 @@ std::string OptionText(const OptionField& field) {
   return std::visit(
       [](const auto* value) -> std::string {
         using T = std::remove_cv_t<std::remove_pointer_t<decltype(value)>>;
-        if constexpr (std::is_same_v<T, bool>) return *value ? "true" : "false";
-        else if constexpr (std::is_same_v<T, int>) return fmt::format("{}", *value);
-        else if constexpr (std::is_same_v<T, double>) return NumberText(*value);
-        else if constexpr (std::is_same_v<T, std::string>) return Quoted(*value);
-        else return *value ? NumberText(**value) : std::string();
+        if constexpr (std::is_same_v<T, bool>)
+          return *value ? "true" : "false";
+        else if constexpr (std::is_same_v<T, int>)
+          return fmt::format("{}", *value);
+        else if constexpr (std::is_same_v<T, double>)
+          return NumberText(*value);
+        else if constexpr (std::is_same_v<T, std::string>)
+          return Quoted(*value);
+        else
+          return *value ? NumberText(**value) : std::string();
       },
       field.value);
 }
@@ -151,8 +161,9 @@ void ApplyToml(const std::filesystem::path& path, const std::vector<OptionTable>
   for (const OptionTable& table : tables) sections.push_back(table.section);
   for (const auto& [key, node] : document) {
     const std::string where = fmt::format("{}:{}", path.string(), node.source().begin.line);
-    const auto table = std::find_if(tables.begin(), tables.end(),
-                                    [&, k = &key](const OptionTable& t) { return t.section == k->str(); });
+    const auto table =
+        std::find_if(tables.begin(), tables.end(),
+                     [&, k = &key](const OptionTable& t) { return t.section == k->str(); });
     if (table == tables.end()) {
       throw UsageError(where, fmt::format("no options are called \"{}\"", key.str()),
                        fmt::format("did you mean [{}]?", NearestName(key.str(), sections)));
@@ -173,8 +184,9 @@ std::string ToToml(const std::vector<OptionTable>& tables) {
       const std::string value = OptionText(field);
       const std::string choices =
           field.choices.empty() ? "" : fmt::format(" ({})", fmt::join(field.choices, ", "));
-      text += value.empty() ? fmt::format("# {} is not set  # {}{}\n", field.name, field.help, choices)
-                            : fmt::format("{} = {}  # {}{}\n", field.name, value, field.help, choices);
+      text += value.empty()
+                  ? fmt::format("# {} is not set  # {}{}\n", field.name, field.help, choices)
+                  : fmt::format("{} = {}  # {}{}\n", field.name, value, field.help, choices);
     }
   }
   return text;

@@ -17,8 +17,7 @@
 
 namespace lamella {
 
-using OptionValue =
-    std::variant<bool*, int*, double*, std::string*, std::optional<double>*>;
+using OptionValue = std::variant<bool*, int*, double*, std::string*, std::optional<double>*>;
 
 struct OptionField {
   std::string name;  // TOML key; words joined by '_', units at the end
@@ -27,7 +26,7 @@ struct OptionField {
   double min = -std::numeric_limits<double>::infinity();  // numbers outside are refused
   double max = std::numeric_limits<double>::infinity();
   std::vector<std::string> choices = {};  // of a string; empty: any
-  std::string flag = {};  // command line; default "--SECTION-NAME" with '-' for '_'
+  std::string flag = {};                  // command line; default "--SECTION-NAME" with '-' for '_'
 };
 
 struct OptionTable {

@@ -19,8 +19,8 @@ struct Ray {
   Eigen::Vector3d direction;  // away from the viewer, into the scene
 };
 
-// A grid of rays through one point (a camera, an eye, a node of the eye plane), or of one direction.
-// Ray (i, j), 0 <= i < width, 0 <= j < height, passes the plane point
+// A grid of rays through one point (a camera, an eye, a node of the eye plane), or of one
+// direction. Ray (i, j), 0 <= i < width, 0 <= j < height, passes the plane point
 //   P(i, j) = origin + (i + 0.5) dx + (j + 0.5) dy.
 // A point bundle (centre.w = 1) looks from the centre through P and beyond; a direction bundle
 // (centre.w = 0) has centre.head<3>() pointing from the scene towards the viewer.
@@ -44,20 +44,20 @@ struct RayBundle {
 };
 
 struct RaySample {
-  Rgb color;                 // linear
+  Rgb color;  // linear
   // Signed distance of the seen point from the bundle's plane along Normal(), i.e. positive towards
   // the viewer; -inf for the background at infinity.
   float z = -std::numeric_limits<float>::infinity();
-  float confidence = 0;      // [0, 1]
-  float coverage = 0;        // 1 seen, 0 unknown; between: share of the ray's footprint seen
+  float confidence = 0;  // [0, 1]
+  float coverage = 0;    // 1 seen, 0 unknown; between: share of the ray's footprint seen
 };
 
 class RaySource {
  public:
   virtual ~RaySource() = default;
-  // Fills `samples` (rectangle.width x rectangle.height) with rays (rectangle.x + i, rectangle.y + j)
-  // of the bundle. A rectangle never changes a value: what is decided from neighbours or for holes
-  // is decided per whole bundle. Safe to call from many threads.
+  // Fills `samples` (rectangle.width x rectangle.height) with rays (rectangle.x + i, rectangle.y +
+  // j) of the bundle. A rectangle never changes a value: what is decided from neighbours or for
+  // holes is decided per whole bundle. Safe to call from many threads.
   virtual void Query(const RayBundle& bundle, const Rect& rectangle,
                      ImageSpan<RaySample> samples) const = 0;
 };

@@ -30,7 +30,8 @@ Similarity AlignSimilarity(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd&
   const Eigen::Matrix3Xd x = from.colwise() - from_mean;
   const Eigen::Matrix3Xd y = to.colwise() - to_mean;
   const Eigen::Matrix3d covariance = y * x.transpose() / n;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d sign(1, 1, 1);
   if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) sign.z() = -1;
 

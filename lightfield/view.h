@@ -45,8 +45,8 @@ struct ViewSet {
 // (HCI light field benchmark). `step` is one row or column of the full grid: a 3x3 subset of rows
 // and columns 0, 4, 8 keeps the numbers of the 9x9 grid.
 struct RegularGrid {
-  double disparity_per_inverse_depth = 0;       // B f, world units * px
-  double inverse_depth_of_zero_disparity = 0;   // 1 / Zf
+  double disparity_per_inverse_depth = 0;      // B f, world units * px
+  double inverse_depth_of_zero_disparity = 0;  // 1 / Zf
   double DisparityFromInverseDepth(double w) const {
     return disparity_per_inverse_depth * (w - inverse_depth_of_zero_disparity);
   }

@@ -16,9 +16,10 @@
 namespace lamella {
 
 struct CaptureOptions {
-  std::string input;    // a folder of photographs, a grid's folder, a transforms.json
-  std::string views;    // NAME|GLOB|!NAME,...; empty: all
-  std::string cameras;  // known cameras of photographs: transforms.json or a folder of .camera files
+  std::string input;  // a folder of photographs, a grid's folder, a transforms.json
+  std::string views;  // NAME|GLOB|!NAME,...; empty: all
+  std::string
+      cameras;  // known cameras of photographs: transforms.json or a folder of .camera files
 };
 OptionTable Describe(CaptureOptions& options);
 

@@ -1,6 +1,7 @@
 // The workspace of DESIGN section 7: a folder per stage, a stage.json where it is finished.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -27,21 +28,32 @@ struct StageReport {
   std::string missed_gate;  // why the exit code is 4; empty where all is well
 };
 
-// stage.json.
+struct OutputFile {
+  std::string file;  // relative to the stage's folder
+  std::uintmax_t size = 0;
+  std::string hash;
+};
+
+// stage.json. Times and memory are the only fields that differ between equal runs.
 struct StageRecord {
   std::string stage, version;
   std::string inputs_hash, options_hash;
-  std::vector<std::pair<std::string, std::string>> outputs;  // file (relative), content hash
+  bool finished = false;  // false while the stage runs, and for good where it was killed
+  std::vector<OutputFile> outputs;
   double seconds = 0, peak_memory_mib = 0;
   StageReport report;
+
   std::string OutputsHash() const;  // of all output files' names and contents
 };
+
+// Nothing where there is no stage.json. InputError where a newer version of the program wrote it.
 std::optional<StageRecord> LoadStageRecord(const Workspace& workspace, const std::string& stage);
 
 // A stage's run. Finished files of a run of the same key that died are kept (a stage looks for them
 // with Finished); anything else in the folder is removed at the start.
 class StageRun {
  public:
+  // InputError where the folder holds files that no stage has written.
   StageRun(const Workspace& workspace, std::string stage, std::string inputs_hash,
            std::string options_hash);
   const std::filesystem::path& folder() const { return folder_; }
@@ -53,10 +65,15 @@ class StageRun {
  private:
   std::filesystem::path folder_;
   StageRecord record_;
+  bool resumed_ = false;
 };
 
-// True where stage.json has these hashes and all of its files are there.
+// True where stage.json is of a finished run with these hashes and all of its files are there
+// whole.
 bool IsDone(const Workspace& workspace, const std::string& stage, const std::string& inputs_hash,
             const std::string& options_hash);
+
+// The version that a stage.json carries: results of another version are made again.
+const char* ProgramVersion();
 
 }  // namespace lamella

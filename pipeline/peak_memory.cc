@@ -1,0 +1,36 @@
+#include "pipeline/peak_memory.h"
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+
+#include <sys/resource.h>
+
+namespace lamella {
+namespace {
+
+double LargestChildMib() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+}  // namespace
+
+// getrusage's mark for children can't be reset, so that only its growth says something of this
+// stretch.
+PeakMemory::PeakMemory() : children_before_mib_(LargestChildMib()) {
+  std::ofstream("/proc/self/clear_refs") << "5";  // sets VmHWM back to what is resident now
+}
+
+double PeakMemory::Mib() const {
+  double own = 0;
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) own = std::stod(line.substr(6)) / 1024;
+  }
+  const double child = LargestChildMib();
+  return child > children_before_mib_ ? std::max(own, child) : own;
+}
+
+}  // namespace lamella

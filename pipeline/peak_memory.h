@@ -1,0 +1,16 @@
+// Peak memory of a stretch of the program and of the programs that it ran.
+#pragma once
+
+namespace lamella {
+
+// Measures from its construction on. One at a time: the kernel keeps one high-water mark a process.
+class PeakMemory {
+ public:
+  PeakMemory();
+  double Mib() const;  // of this process, or of its largest finished child where that is more
+
+ private:
+  double children_before_mib_;
+};
+
+}  // namespace lamella

@@ -1,0 +1,60 @@
+#include "pipeline/program/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace lamella {
+
+void AddGlobalOptions(CLI::App& verb, Invocation& invocation) {
+  const char* group = "Program";
+  verb.add_option("--threads", invocation.threads,
+                  "threads to use (0: all); never changes a result")
+      ->check(CLI::Range(0, 1024))
+      ->group(group);
+  verb.add_option("--memory", invocation.memory_gib, "memory to stay within, GiB (0: no bound)")
+      ->check(CLI::Range(0.0, 1e6))
+      ->group(group);
+  verb.add_option("--progress", invocation.progress, "auto, bar, plain or json, on standard error")
+      ->check(CLI::IsMember({"auto", "bar", "plain", "json"}))
+      ->group(group);
+  verb.add_flag("--quiet", invocation.quiet, "errors only")->group(group);
+  verb.add_flag("--verbose", invocation.verbose, "also what is skipped or chosen, and why")
+      ->group(group);
+}
+
+void OptionFlags::Add(CLI::App& verb, const std::vector<OptionTable>& defaults) {
+  for (const OptionTable& table : defaults) {
+    for (const OptionField& field : table.fields) {
+      const std::string key = table.section + "." + field.name;
+      std::string help = field.help;
+      if (!field.choices.empty()) help += fmt::format(" ({})", fmt::join(field.choices, ", "));
+      if (const std::string text = OptionText(field); !text.empty() && text != "\"\"") {
+        help += fmt::format(" [{}]", text);
+      }
+      std::string& text = given_[key];
+      bool& is_given = is_given_[key];
+      verb.add_option_function<std::string>(
+              FlagOf(table, field),
+              [&text, &is_given](const std::string& value) {
+                text = value;
+                is_given = true;
+              },
+              help)
+          ->type_name("")
+          ->group("Options of " + table.section);
+    }
+  }
+}
+
+void OptionFlags::Apply(const std::vector<OptionTable>& tables) const {
+  for (const OptionTable& table : tables) {
+    for (const OptionField& field : table.fields) {
+      const std::string key = table.section + "." + field.name;
+      const auto given = is_given_.find(key);
+      if (given != is_given_.end() && given->second)
+        SetOption(field, given_.at(key), FlagOf(table, field));
+    }
+  }
+}
+
+}  // namespace lamella
