@@ -46,7 +46,10 @@ void CheckJpegIsWhole(const fs::path& path) {
 OIIO::ImageBuf ReadUpright(const fs::path& path, OIIO::TypeDesc type) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
-  OIIO::ImageBuf buffer(path.string());
+  // Colours as the file has them: by default OpenImageIO multiplies them by an unassociated alpha.
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);
+  OIIO::ImageBuf buffer(path.string(), 0, 0, nullptr, &config);
   if (!buffer.read(0, 0, true, type)) throw Unreadable(path, buffer.geterror());
   if (std::string(buffer.file_format_name()) == "jpeg") CheckJpegIsWhole(path);
   if (buffer.orientation() != 1) buffer = OIIO::ImageBufAlgo::reorient(buffer);
@@ -181,7 +184,7 @@ void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes) {
   WriteBuffer(path, PngSpec(codes.width, codes.height, 1), packed.data(), OIIO::TypeDesc::UINT8);
 }
 
-void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear) {
+Image<Rgb8> EncodeSrgb8(ImageSpan<const Rgb> linear) {
   Image<Rgb8> codes(linear.width, linear.height);
   for (int y = 0; y < linear.height; ++y) {
     for (int x = 0; x < linear.width; ++x) {
@@ -189,7 +192,11 @@ void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear) {
       codes(x, y) = {LinearToSrgb8(p.r), LinearToSrgb8(p.g), LinearToSrgb8(p.b)};
     }
   }
-  WriteCodes8(path, codes.span());
+  return codes;
+}
+
+void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear) {
+  WriteCodes8(path, EncodeSrgb8(linear).span());
 }
 
 void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear, ImageSpan<const float> alpha) {

@@ -36,6 +36,9 @@ Image<Rgb8> ReadSrgb8(const std::filesystem::path& path);
 // The alpha channel in [0,1], upright; empty where the file has none.
 Image<float> ReadAlpha(const std::filesystem::path& path);
 
+// The 8-bit sRGB codes that WriteSrgb8 would write.
+Image<Rgb8> EncodeSrgb8(ImageSpan<const Rgb> linear);
+
 // PNG, 8 bits, sRGB-encoded; alpha is unassociated and not gamma-encoded.
 void WriteSrgb8(const std::filesystem::path& path, ImageSpan<const Rgb> linear);
 void WriteSrgb8(const std::filesystem::path& path, ImageSpan<const Rgb> linear,
