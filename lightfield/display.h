@@ -5,6 +5,7 @@
 // millimetres. A layer's position is that of its modulating plane; its emitter lies d0 behind.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,6 +19,9 @@ struct Barrier {
   int period_px = 6;    // P, emitters
   int aperture_px = 2;  // a, emitters; same parity as P
   int slots = 3;        // k per axis; divides P
+
+  int stride_px() const { return period_px / slots; }  // q, from slot to slot
+  friend bool operator==(const Barrier&, const Barrier&) = default;
 };
 
 struct Layer {
@@ -25,6 +29,8 @@ struct Layer {
   double d0_mm = 5;        // emissive plane to modulating plane, air-equivalent (gap / index)
   Barrier barrier;
   bool mirror_x = false;  // seen by reflection: its finished frames are flipped in x
+
+  friend bool operator==(const Layer&, const Layer&) = default;
 };
 
 struct Display {
@@ -42,17 +48,38 @@ struct Display {
   double emitter_pitch_mm() const { return pitch_mm * binning_px; }
   double width_mm() const { return width_px * pitch_mm; }
   double height_mm() const { return height_px * pitch_mm; }
+  // The distance from the modulating plane of a layer to where its fans meet.
+  double distance_mm(const Layer& layer) const { return viewing_distance_mm - layer.position_mm; }
+
+  friend bool operator==(const Display&, const Display&) = default;
 };
 
-// InputError/UsageError (one line: what, where, what to do) where the display can't work:
-// no layer, layers at one place or out of order, period not divided by slots, period and aperture
-// of unequal parity, aperture wider than the period, non-positive or non-finite lengths, panel not
-// a multiple of the binning, more than 2^28 emitters, viewing distance not in front of all layers.
+// UsageError (one line: what, where, what to do) where the display can't work: no layer, layers at
+// one place or out of order, period not divided by slots, period and aperture of unequal parity,
+// aperture wider than the period, non-positive or non-finite lengths, panel not a multiple of the
+// binning or smaller than an opening, more than 2^28 emitters, more than 1024 slots, a fan wider
+// than 178 degrees, a border wider than the layers' spacing, a viewing distance that is not in
+// front of all layers by more than their gaps.
 void Check(const Display& display, const std::string& where);
 
 // Reads the TOML of docs/formats.md; an unknown key is refused with the nearest known one.
 Display ReadDisplay(const std::filesystem::path& path);
 Display ParseDisplay(const std::string& toml, const std::string& where);
 std::string ToToml(const Display& display);  // reads back to the same display
+
+// What follows from the numbers (displays.md sections 1.4 and 2; ranieri2012.md section 5).
+double FieldOfViewDeg(const Display& display, const Layer& layer);  // 2 atan(P p / (2 d0))
+double LatticePitchMm(const Display& display, const Layer& layer);  // Delta x = q p, of all slots
+double SharpRangeMm(const Display& display, const Layer& layer);    // z_max = d0 Delta x / Delta u
+double CutoffPerMm(const Display& display, const Layer& layer, double offset_mm);  // Eq. 1
+// Neighbouring emitters of an opening are seen this far apart at a distance from the modulator.
+double ViewSpacingMm(const Display& display, const Layer& layer, double distance_mm);
+// Period of the windows on the emissive plane whose fans all meet at the viewing distance.
+double WindowPitchMm(const Display& display, const Layer& layer);
+// Share of an emitter's light that an eye gets, mean over the slots: (a/P)^2 / layers.
+double Brightness(const Display& display, const Layer& layer);
+// The depth to either side of z = 0 that the layers show at full resolution by the paper's box:
+// the outermost layer's position and its sharp range.
+double DepthBudgetMm(const Display& display);
 
 }  // namespace lamella

@@ -3,7 +3,9 @@
 // Barriers on square lattices are separable: the map is a product of one map per axis.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "lightfield/display.h"
 
@@ -11,54 +13,90 @@ namespace lamella {
 
 // One axis of an emitter's beam: all lines from a point of the emitter, emitter_mm +-
 // emitter_width/2 on the emissive plane, through a point of the opening, element_mm +- aperture/2
-// on the modulating plane (displays.md sections 1.2 and 1.3). Slope = (element - emitter) / d0.
+// on the modulating plane (displays.md sections 1.2 and 1.3). Right emitters send their light to
+// the left.
 struct AxisBeam {
   int opening = 0;
   double element_mm = 0;        // centre of the opening
   double aperture_mm = 0;       // w_x, full width
   double emitter_mm = 0;        // centre of the emitter
   double emitter_width_mm = 0;  // w_u, full width
+  double d0_mm = 0;             // from the emissive to the modulating plane
+
+  double slope() const { return (element_mm - emitter_mm) / d0_mm; }  // dx/dz of its centre
+  // Where its centre is, offset_mm in front of the modulating plane.
+  double At(double offset_mm) const { return element_mm + offset_mm * slope(); }
+  // Widths of the two boxes whose convolution is the beam's section there: that of the opening,
+  // w_x |1 + offset/d0|, and that of the emitter, w_u |offset|/d0.
+  double OpeningBlurMm(double offset_mm) const;
+  double EmitterBlurMm(double offset_mm) const;
 };
+
+// Emitters by which the window of an opening at x_mm is shifted so that its fan aims at the point
+// distance_mm in front of the middle: floor(x d0/(D p) + 1/2).
+int ShearShiftPx(double x_mm, double d0_mm, double distance_mm, double pitch_mm);
 
 // What a line of sight meets on one axis.
 struct AxisHit {
-  int slot = 0;     // in which the modulator is open there
+  int slot = 0;     // the first one in which the modulator is open there
   int element = 0;  // modulator column (from the left) or row (from the top)
   int emitter = 0;  // emitter column or row behind it
+  std::uint32_t open_slots =
+      0;  // bit s is set where slot s opens it: several where aperture > stride
 };
 
 class RayMap {
  public:
   RayMap(const Display& display, int layer);
 
-  int slots_per_axis() const { return slots_; }
+  int slots_per_axis() const { return barrier_.slots; }
   int columns() const { return columns_; }
   int rows() const { return rows_; }
   double position_mm() const { return position_mm_; }
   double d0_mm() const { return d0_mm_; }
 
-  // The beam of an emitter column (x) or row (y, up) in a slot; nothing where no opening claims it
-  // (missed at a step of the shear, or its opening lies off the panel).
-  std::optional<AxisBeam> Column(int slot_x, int column) const;
-  std::optional<AxisBeam> Row(int slot_y, int row) const;
+  // Centre of an emitter or modulator column (x) or row (y). Nothing else adds a half.
+  double ColumnCentre(int column) const { return Centre(x_, column); }
+  double RowCentre(int row) const { return Centre(y_, row); }
 
-  // What the line of sight through (x_mm, position_mm) with slope dx/dz meets; nothing off the
-  // panel.
-  std::optional<AxisHit> SeenColumn(double x_mm, double slope) const;
-  std::optional<AxisHit> SeenRow(double y_mm, double slope) const;
+  // The beam of an emitter column (x) or row (y, up) in a slot; nothing where no opening claims it
+  // (missed at a step of the shear, or its opening does not lie on the panel whole).
+  // Windows are shifted by ShearShiftPx, D being the viewer's distance from the modulating plane;
+  // an emitter that two windows claim is the nearer opening's, the lower index where equally near.
+  std::optional<AxisBeam> Column(int slot_x, int column) const { return Beam(x_, slot_x, column); }
+  std::optional<AxisBeam> Row(int slot_y, int row) const { return Beam(y_, slot_y, row); }
+
+  // Whether the modulator is open there in a slot. Openings that the panel's edge cuts stay closed.
+  bool ColumnOpen(int slot_x, int column) const { return Open(x_, slot_x, column); }
+  bool RowOpen(int slot_y, int row) const { return Open(y_, slot_y, row); }
+
+  // What the line of sight through (x_mm, position_mm) with slope dx/dz meets; nothing where it
+  // passes beside the modulator or the emitters, or where no slot opens the modulator.
+  std::optional<AxisHit> SeenColumn(double x_mm, double slope) const {
+    return Seen(x_, x_mm, slope);
+  }
+  std::optional<AxisHit> SeenRow(double y_mm, double slope) const { return Seen(y_, y_mm, slope); }
 
  private:
   struct Axis {
     int count = 0;    // emitters
     double sign = 1;  // +1: index runs with the coordinate (columns), -1: against it (rows)
+    std::vector<std::uint32_t> open_slots;  // of every modulator element
   };
+  Axis MakeAxis(int count, double sign) const;
+  double Centre(const Axis& axis, int index) const;
+  double OpeningCentrePx(const Axis& axis, int opening, int slot) const;
+  int ShearShift(const Axis& axis, int opening, int slot) const;
+  bool Whole(const Axis& axis, int opening, int slot) const;
+  bool Open(const Axis& axis, int slot, int index) const;
   std::optional<AxisBeam> Beam(const Axis& axis, int slot, int index) const;
   std::optional<AxisHit> Seen(const Axis& axis, double position, double slope) const;
 
-  int columns_ = 0, rows_ = 0, slots_ = 1;
+  int columns_ = 0, rows_ = 0;
   double pitch_mm_ = 0, position_mm_ = 0, d0_mm_ = 0;
   double shear_distance_mm_ = 0;  // D - z_l; 0: no shear
   Barrier barrier_;
+  Axis x_, y_;
 };
 
 }  // namespace lamella

@@ -1,0 +1,117 @@
+#include "lightfield/ray_map.h"
+
+#include <cmath>
+
+namespace lamella {
+
+double AxisBeam::OpeningBlurMm(double offset_mm) const {
+  return aperture_mm * std::abs(1 + offset_mm / d0_mm);
+}
+
+double AxisBeam::EmitterBlurMm(double offset_mm) const {
+  return emitter_width_mm * std::abs(offset_mm) / d0_mm;
+}
+
+int ShearShiftPx(double x_mm, double d0_mm, double distance_mm, double pitch_mm) {
+  return static_cast<int>(std::floor(x_mm * d0_mm / (distance_mm * pitch_mm) + 0.5));
+}
+
+RayMap::RayMap(const Display& display, int layer_index) {
+  const Layer& layer = display.layers.at(static_cast<std::size_t>(layer_index));
+  columns_ = display.emitter_columns();
+  rows_ = display.emitter_rows();
+  pitch_mm_ = display.emitter_pitch_mm();
+  position_mm_ = layer.position_mm;
+  d0_mm_ = layer.d0_mm;
+  shear_distance_mm_ = display.shear ? display.distance_mm(layer) : 0.0;
+  barrier_ = layer.barrier;
+  x_ = MakeAxis(columns_, 1);
+  y_ = MakeAxis(rows_, -1);
+}
+
+RayMap::Axis RayMap::MakeAxis(int count, double sign) const {
+  Axis axis{count, sign, std::vector<std::uint32_t>(static_cast<std::size_t>(count), 0U)};
+  for (int slot = 0; slot < barrier_.slots; ++slot) {
+    for (int opening = 0; Whole(axis, opening, slot); ++opening) {
+      const int first = barrier_.period_px * opening + barrier_.stride_px() * slot;
+      for (int i = first; i < first + barrier_.aperture_px; ++i) {
+        axis.open_slots[static_cast<std::size_t>(i)] |= 1U << slot;
+      }
+    }
+  }
+  return axis;
+}
+
+double RayMap::Centre(const Axis& axis, int index) const {
+  return axis.sign * (index + 0.5 - axis.count / 2.0) * pitch_mm_;
+}
+
+bool RayMap::Whole(const Axis& axis, int opening, int slot) const {
+  const int first = barrier_.period_px * opening + barrier_.stride_px() * slot;
+  return opening >= 0 && first + barrier_.aperture_px <= axis.count;
+}
+
+// In emitters from the middle, in the direction of rising indices.
+double RayMap::OpeningCentrePx(const Axis& axis, int opening, int slot) const {
+  const double first = barrier_.period_px * opening + barrier_.stride_px() * slot;
+  return first + barrier_.aperture_px / 2.0 - axis.count / 2.0;
+}
+
+// In the direction of rising indices, which for rows is downwards.
+int RayMap::ShearShift(const Axis& axis, int opening, int slot) const {
+  if (shear_distance_mm_ == 0) return 0;
+  const double centre_mm = axis.sign * OpeningCentrePx(axis, opening, slot) * pitch_mm_;
+  const int shift = ShearShiftPx(centre_mm, d0_mm_, shear_distance_mm_, pitch_mm_);
+  return axis.sign > 0 ? shift : -shift;
+}
+
+bool RayMap::Open(const Axis& axis, int slot, int index) const {
+  return (axis.open_slots[static_cast<std::size_t>(index)] >> slot & 1U) != 0;
+}
+
+std::optional<AxisBeam> RayMap::Beam(const Axis& axis, int slot, int index) const {
+  if (index < 0 || index >= axis.count) return std::nullopt;
+  const double from_middle = index + 0.5 - axis.count / 2.0;
+  // A window's centre is (1 + d0/D) times its opening's, up to half an emitter of rounding.
+  const double shear = shear_distance_mm_ > 0 ? d0_mm_ / shear_distance_mm_ : 0.0;
+  const double nearest =
+      (from_middle / (1 + shear) - OpeningCentrePx(axis, 0, slot)) / barrier_.period_px;
+  const int guess = static_cast<int>(std::lround(nearest));
+  std::optional<AxisBeam> beam;
+  double distance = 0;
+  for (int opening = guess - 1; opening <= guess + 1; ++opening) {
+    if (!Whole(axis, opening, slot)) continue;
+    const int first = barrier_.period_px * opening + barrier_.stride_px() * slot +
+                      (barrier_.aperture_px - barrier_.period_px) / 2 +
+                      ShearShift(axis, opening, slot);
+    if (index < first || index >= first + barrier_.period_px) continue;
+    const double centre = OpeningCentrePx(axis, opening, slot);
+    if (beam && std::abs(from_middle - centre) >= distance) continue;
+    distance = std::abs(from_middle - centre);
+    beam = AxisBeam{opening,
+                    axis.sign * centre * pitch_mm_,
+                    barrier_.aperture_px * pitch_mm_,
+                    Centre(axis, index),
+                    pitch_mm_,
+                    d0_mm_};
+  }
+  return beam;
+}
+
+std::optional<AxisHit> RayMap::Seen(const Axis& axis, double position, double slope) const {
+  const double middle = axis.count / 2.0;
+  const double element = std::floor(axis.sign * position / pitch_mm_ + middle);
+  const double emitter = std::floor(axis.sign * (position - d0_mm_ * slope) / pitch_mm_ + middle);
+  const double last = axis.count - 1;
+  // Written so that a NaN is nothing.
+  if (!(element >= 0 && element <= last && emitter >= 0 && emitter <= last)) return std::nullopt;
+  AxisHit hit;
+  hit.element = static_cast<int>(element);
+  hit.emitter = static_cast<int>(emitter);
+  hit.open_slots = axis.open_slots[static_cast<std::size_t>(hit.element)];
+  if (hit.open_slots == 0) return std::nullopt;
+  while ((hit.open_slots >> hit.slot & 1U) == 0) ++hit.slot;
+  return hit;
+}
+
+}  // namespace lamella
