@@ -1,0 +1,207 @@
+#include "distribute/simulate_eye.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "lightfield/error.h"
+#include "lightfield/parallel.h"
+#include "lightfield/ray_map.h"
+
+namespace lamella {
+namespace {
+
+// Neighbouring lines of sight that see one emitter in one slot are one path with a weight: on a
+// separable map a pixel's colour is the sum over its column paths and row paths of
+//   weight_column * weight_row * emitters[slot_column, slot_row](emitter_column, emitter_row).
+struct Path {
+  int pixel = 0;
+  int slot = 0;
+  int emitter = -1;   // -1: beside the panel
+  float weight = 0;   // share of the pixel's lines on this axis
+};
+
+// The paths of one axis of one layer, sorted by pixel. `seen(i)` is what line i meets.
+template <class Seen>
+std::vector<Path> AxisPaths(int pixels, int lines, const Barrier& barrier, const Seen& seen) {
+  std::vector<Path> paths;
+  const float line = 1.0F / static_cast<float>(lines);
+  const auto add = [&](int pixel, int slot, int emitter, float weight) {
+    for (auto path = paths.rbegin(); path != paths.rend() && path->pixel == pixel; ++path) {
+      if (path->slot == slot && path->emitter == emitter) {
+        path->weight += weight;
+        return;
+      }
+    }
+    paths.push_back({pixel, slot, emitter, weight});
+  };
+  const int stride = barrier.period_px / barrier.slots;
+  const float mean_open = static_cast<float>(barrier.slots * barrier.aperture_px) /
+                          static_cast<float>(barrier.period_px);
+  for (int i = 0; i < pixels * lines; ++i) {
+    const std::optional<AxisHit> hit = seen(i);
+    if (!hit) add(i / lines, 0, -1, line * mean_open);
+    // Where openings are wider than the stride an element is open in several slots, where they are
+    // narrower in none.
+    for (int slot = 0; hit && slot < barrier.slots; ++slot) {
+      const int phase = (hit->element - stride * slot) % barrier.period_px;
+      if ((phase < 0 ? phase + barrier.period_px : phase) < barrier.aperture_px) {
+        add(i / lines, slot, hit->emitter, line);
+      }
+    }
+  }
+  return paths;
+}
+
+struct LayerPaths {
+  std::vector<Path> columns, rows;
+  std::vector<std::size_t> first_row;  // of each pixel row in `rows`, and the end
+};
+
+// x on the plane z of the line from the eye at e (distance D) through x0 on z = 0.
+double OnPlane(double x0, double e, double distance, double z) { return x0 + (e - x0) * z / distance; }
+
+LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye, int lines) {
+  const RayMap map(display, layer);
+  const Barrier& barrier = display.layers[static_cast<std::size_t>(layer)].barrier;
+  const double step = eye.pixel_mm / lines;
+  const double distance = eye.position.z(), z = map.position_mm();
+  LayerPaths paths;
+  paths.columns = AxisPaths(eye.width, lines, barrier, [&](int i) {
+    const double x0 = eye.left_mm + (i + 0.5) * step, e = eye.position.x();
+    return map.SeenColumn(OnPlane(x0, e, distance, z), (e - x0) / distance);
+  });
+  paths.rows = AxisPaths(eye.height, lines, barrier, [&](int i) {
+    const double y0 = eye.top_mm - (i + 0.5) * step, e = eye.position.y();
+    return map.SeenRow(OnPlane(y0, e, distance, z), (e - y0) / distance);
+  });
+  for (int y = 0; y <= eye.height; ++y) {
+    const auto first = std::lower_bound(paths.rows.begin(), paths.rows.end(), y,
+                                        [](const Path& p, int pixel) { return p.pixel < pixel; });
+    paths.first_row.push_back(static_cast<std::size_t>(first - paths.rows.begin()));
+  }
+  return paths;
+}
+
+struct Sum {
+  Rgb color;
+  float known = 0, all = 0;
+};
+
+// Adds what one row path of a layer contributes to the pixels of a picture row.
+void AddRow(const std::vector<EmitterImage>& slots, const Barrier& barrier,
+            const std::vector<Path>& columns, const Path& row, std::vector<Sum>& sums) {
+  std::vector<const Rgb*> colors(static_cast<std::size_t>(barrier.slots));
+  std::vector<const float*> coverages(colors.size());
+  if (row.emitter >= 0) {
+    for (std::size_t s = 0; s < colors.size(); ++s) {
+      const EmitterImage& image = slots[static_cast<std::size_t>(barrier.slots * row.slot) + s];
+      colors[s] = image.color.row(row.emitter);
+      coverages[s] = image.coverage.row(row.emitter);
+    }
+  }
+  for (const Path& column : columns) {
+    Sum& sum = sums[static_cast<std::size_t>(column.pixel)];
+    const float weight = row.weight * column.weight;
+    sum.all += weight;
+    if (row.emitter < 0 || column.emitter < 0) continue;
+    const std::size_t slot = static_cast<std::size_t>(column.slot);
+    sum.color += weight * colors[slot][column.emitter];
+    sum.known += weight * coverages[slot][column.emitter];
+  }
+}
+
+void CheckInput(const LayerImages& layers, const Display& display, const Eye& eye) {
+  if (layers.slots.size() != display.layers.size()) {
+    throw InputError(display.name, fmt::format("has {} layers, the emitter images {}",
+                                               display.layers.size(), layers.slots.size()),
+                     "run the stage layers again");
+  }
+  for (std::size_t l = 0; l < display.layers.size(); ++l) {
+    const std::size_t k = static_cast<std::size_t>(display.layers[l].barrier.slots);
+    if (layers.slots[l].size() != k * k) {
+      throw InputError(display.name, fmt::format("layer {} has {} slots, the emitter images {}", l, k * k,
+                                                 layers.slots[l].size()),
+                       "run the stage layers again");
+    }
+    for (const EmitterImage& image : layers.slots[l]) {
+      if (image.color.width() != display.emitter_columns() ||
+          image.color.height() != display.emitter_rows() ||
+          image.coverage.width() != image.color.width() ||
+          image.coverage.height() != image.color.height()) {
+        throw InputError(display.name, fmt::format("an emitter image of layer {} is not {} x {}", l,
+                                                   display.emitter_columns(), display.emitter_rows()),
+                         "run the stage layers again");
+      }
+    }
+    if (!(eye.position.z() > display.layers[l].position_mm) || !eye.position.allFinite()) {
+      throw UsageError("eye", fmt::format("at {:g} mm is not in front of layer {} at {:g} mm",
+                                          eye.position.z(), l, display.layers[l].position_mm),
+                       "give a larger viewing distance");
+    }
+  }
+}
+
+}  // namespace
+
+RayBundle BundleOfEye(const Eye& eye, int split) {
+  RayBundle bundle;
+  bundle.centre << eye.position, 1;
+  bundle.origin = {eye.left_mm, eye.top_mm, 0};
+  bundle.dx = {eye.pixel_mm / split, 0, 0};
+  bundle.dy = {0, -eye.pixel_mm / split, 0};
+  bundle.width = eye.width * split;
+  bundle.height = eye.height * split;
+  return bundle;
+}
+
+EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye, int lines) {
+  CheckInput(layers, display, eye);
+  std::vector<LayerPaths> paths;
+  std::vector<float> gains;  // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n
+  for (std::size_t l = 0; l < display.layers.size(); ++l) {
+    paths.push_back(PathsOfLayer(display, static_cast<int>(l), eye, lines));
+    const Barrier& barrier = display.layers[l].barrier;
+    const double open = static_cast<double>(barrier.slots) * barrier.aperture_px / barrier.period_px;
+    gains.push_back(static_cast<float>(1 / (open * open)));
+  }
+  EyePicture picture{Image<Rgb>(eye.width, eye.height), Image<float>(eye.width, eye.height)};
+  ParallelForEach(0, eye.height, [&](std::int64_t y) {
+    const int row = static_cast<int>(y);
+    std::vector<Sum> sums(static_cast<std::size_t>(eye.width)), layer_sums(sums.size());
+    for (std::size_t l = 0; l < paths.size(); ++l) {
+      std::fill(layer_sums.begin(), layer_sums.end(), Sum{});
+      const LayerPaths& layer = paths[l];
+      for (std::size_t r = layer.first_row[static_cast<std::size_t>(row)];
+           r < layer.first_row[static_cast<std::size_t>(row) + 1]; ++r) {
+        AddRow(layers.slots[l], display.layers[l].barrier, layer.columns, layer.rows[r], layer_sums);
+      }
+      for (std::size_t x = 0; x < sums.size(); ++x) {
+        sums[x].color += gains[l] * layer_sums[x].color;
+        sums[x].known += gains[l] * layer_sums[x].known;
+        sums[x].all += gains[l] * layer_sums[x].all;
+      }
+    }
+    for (int x = 0; x < eye.width; ++x) {
+      const Sum& sum = sums[static_cast<std::size_t>(x)];
+      picture.color(x, row) = sum.color;
+      picture.coverage(x, row) = sum.all > 0 ? std::min(1.0F, sum.known / sum.all) : 0.0F;
+    }
+  });
+  return picture;
+}
+
+double CleanEyeBox(const Display& display) {
+  if (!display.shear) return 0;
+  double box = std::numeric_limits<double>::infinity();
+  for (const Layer& layer : display.layers) {
+    const double half_px = (layer.barrier.period_px - layer.barrier.aperture_px) / 2.0 - 0.5;
+    box = std::min(box, half_px * display.emitter_pitch_mm() * display.viewing_distance_mm / layer.d0_mm);
+  }
+  return std::max(0.0, box);
+}
+
+}  // namespace lamella
