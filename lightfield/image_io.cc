@@ -7,6 +7,7 @@
 #include <memory>
 #include <sstream>
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
@@ -175,6 +176,25 @@ void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_qua
   OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3);
   spec.attribute("CompressionQuality", jpeg_quality);
   WriteBuffer(path, spec, packed.data(), OIIO::TypeDesc::UINT8);
+}
+
+std::string EncodeCodes8(ImageSpan<const Rgb8> codes, const std::string& format, int jpeg_quality) {
+  std::vector<Rgb8> packed;
+  packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
+  for (int y = 0; y < codes.height; ++y) packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
+  OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3);
+  spec.attribute("CompressionQuality", jpeg_quality);
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput file(bytes);
+  OIIO::Filesystem::IOProxy* proxy = &file;
+  spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, static_cast<void*>(&proxy));
+  const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(format);
+  if (!out) throw MachineError(format, OIIO::geterror(), "install OpenImageIO with that format");
+  if (!out->open("memory." + format, spec) ||
+      !out->write_image(OIIO::TypeDesc::UINT8, packed.data()) || !out->close()) {
+    throw MachineError(format, out->geterror(), "install OpenImageIO with that format");
+  }
+  return std::string(bytes.begin(), bytes.end());
 }
 
 void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes) {

@@ -48,6 +48,10 @@ void WriteCodes8(const std::filesystem::path& path, ImageSpan<const Rgb8> codes,
                  int jpeg_quality = 95);
 void WriteGrey8(const std::filesystem::path& path, ImageSpan<const std::uint8_t> codes);
 
+// The bytes of such a file, in memory; `format` is "png" or "jpeg".
+std::string EncodeCodes8(ImageSpan<const Rgb8> codes, const std::string& format,
+                         int jpeg_quality = 85);
+
 // Named float channels (EXR, 32 or 16 bits, ZIP).
 struct Channel {
   std::string name;
