@@ -1,7 +1,9 @@
 #include "distribute/simulate_eye.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,15 +22,21 @@ namespace {
 struct Path {
   int pixel = 0;
   int slot = 0;
-  int emitter = -1;   // -1: beside the panel
-  float weight = 0;   // share of the pixel's lines on this axis
+  int emitter = -1;  // -1: beside the panel
+  float weight = 0;  // share of the pixel's lines on this axis
 };
 
-// The paths of one axis of one layer, sorted by pixel. `seen(i)` is what line i meets.
-template <class Seen>
-std::vector<Path> AxisPaths(int pixels, int lines, const Barrier& barrier, const Seen& seen) {
+// A line of sight on one axis: what it meets, and whether it passes beside the panel.
+struct Line {
+  std::optional<AxisHit> hit;
+  bool beside = false;
+};
+
+// The paths of one axis of one layer, sorted by pixel. `line(i)` is the i-th line of sight.
+template <class LineOf>
+std::vector<Path> AxisPaths(int pixels, int lines, const Barrier& barrier, const LineOf& line_of) {
   std::vector<Path> paths;
-  const float line = 1.0F / static_cast<float>(lines);
+  const float share = 1.0F / static_cast<float>(lines);
   const auto add = [&](int pixel, int slot, int emitter, float weight) {
     for (auto path = paths.rbegin(); path != paths.rend() && path->pixel == pixel; ++path) {
       if (path->slot == slot && path->emitter == emitter) {
@@ -38,19 +46,15 @@ std::vector<Path> AxisPaths(int pixels, int lines, const Barrier& barrier, const
     }
     paths.push_back({pixel, slot, emitter, weight});
   };
-  const int stride = barrier.period_px / barrier.slots;
+  // Slots in which a line that misses the panel would have met an opening, in the mean.
   const float mean_open = static_cast<float>(barrier.slots * barrier.aperture_px) /
                           static_cast<float>(barrier.period_px);
   for (int i = 0; i < pixels * lines; ++i) {
-    const std::optional<AxisHit> hit = seen(i);
-    if (!hit) add(i / lines, 0, -1, line * mean_open);
-    // Where openings are wider than the stride an element is open in several slots, where they are
-    // narrower in none.
-    for (int slot = 0; hit && slot < barrier.slots; ++slot) {
-      const int phase = (hit->element - stride * slot) % barrier.period_px;
-      if ((phase < 0 ? phase + barrier.period_px : phase) < barrier.aperture_px) {
-        add(i / lines, slot, hit->emitter, line);
-      }
+    const Line line = line_of(i);
+    if (line.beside) add(i / lines, 0, -1, share * mean_open);
+    if (!line.hit) continue;
+    for (int slot = 0; slot < barrier.slots; ++slot) {
+      if ((line.hit->open_slots >> slot & 1U) != 0) add(i / lines, slot, line.hit->emitter, share);
     }
   }
   return paths;
@@ -62,21 +66,29 @@ struct LayerPaths {
 };
 
 // x on the plane z of the line from the eye at e (distance D) through x0 on z = 0.
-double OnPlane(double x0, double e, double distance, double z) { return x0 + (e - x0) * z / distance; }
+double OnPlane(double x0, double e, double distance, double z) {
+  return x0 + (e - x0) * z / distance;
+}
 
 LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye, int lines) {
   const RayMap map(display, layer);
   const Barrier& barrier = display.layers[static_cast<std::size_t>(layer)].barrier;
   const double step = eye.pixel_mm / lines;
-  const double distance = eye.position.z(), z = map.position_mm();
+  const double d = eye.position.z(), z = map.position_mm(), z_emitters = z - map.d0_mm();
+  const auto beside = [&](double x0, double e, double half_width) {
+    return std::abs(OnPlane(x0, e, d, z)) >= half_width ||
+           std::abs(OnPlane(x0, e, d, z_emitters)) >= half_width;
+  };
   LayerPaths paths;
   paths.columns = AxisPaths(eye.width, lines, barrier, [&](int i) {
     const double x0 = eye.left_mm + (i + 0.5) * step, e = eye.position.x();
-    return map.SeenColumn(OnPlane(x0, e, distance, z), (e - x0) / distance);
+    return Line{map.SeenColumn(OnPlane(x0, e, d, z), (e - x0) / d),
+                beside(x0, e, display.width_mm() / 2)};
   });
   paths.rows = AxisPaths(eye.height, lines, barrier, [&](int i) {
     const double y0 = eye.top_mm - (i + 0.5) * step, e = eye.position.y();
-    return map.SeenRow(OnPlane(y0, e, distance, z), (e - y0) / distance);
+    return Line{map.SeenRow(OnPlane(y0, e, d, z), (e - y0) / d),
+                beside(y0, e, display.height_mm() / 2)};
   });
   for (int y = 0; y <= eye.height; ++y) {
     const auto first = std::lower_bound(paths.rows.begin(), paths.rows.end(), y,
@@ -116,15 +128,17 @@ void AddRow(const std::vector<EmitterImage>& slots, const Barrier& barrier,
 
 void CheckInput(const LayerImages& layers, const Display& display, const Eye& eye) {
   if (layers.slots.size() != display.layers.size()) {
-    throw InputError(display.name, fmt::format("has {} layers, the emitter images {}",
-                                               display.layers.size(), layers.slots.size()),
+    throw InputError(display.name,
+                     fmt::format("has {} layers, the emitter images {}", display.layers.size(),
+                                 layers.slots.size()),
                      "run the stage layers again");
   }
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const std::size_t k = static_cast<std::size_t>(display.layers[l].barrier.slots);
     if (layers.slots[l].size() != k * k) {
-      throw InputError(display.name, fmt::format("layer {} has {} slots, the emitter images {}", l, k * k,
-                                                 layers.slots[l].size()),
+      throw InputError(display.name,
+                       fmt::format("layer {} has {} slots, the emitter images {}", l, k * k,
+                                   layers.slots[l].size()),
                        "run the stage layers again");
     }
     for (const EmitterImage& image : layers.slots[l]) {
@@ -132,14 +146,16 @@ void CheckInput(const LayerImages& layers, const Display& display, const Eye& ey
           image.color.height() != display.emitter_rows() ||
           image.coverage.width() != image.color.width() ||
           image.coverage.height() != image.color.height()) {
-        throw InputError(display.name, fmt::format("an emitter image of layer {} is not {} x {}", l,
-                                                   display.emitter_columns(), display.emitter_rows()),
+        throw InputError(display.name,
+                         fmt::format("an emitter image of layer {} is not {} x {}", l,
+                                     display.emitter_columns(), display.emitter_rows()),
                          "run the stage layers again");
       }
     }
     if (!(eye.position.z() > display.layers[l].position_mm) || !eye.position.allFinite()) {
-      throw UsageError("eye", fmt::format("at {:g} mm is not in front of layer {} at {:g} mm",
-                                          eye.position.z(), l, display.layers[l].position_mm),
+      throw UsageError("eye",
+                       fmt::format("at {:g} mm is not in front of layer {} at {:g} mm",
+                                   eye.position.z(), l, display.layers[l].position_mm),
                        "give a larger viewing distance");
     }
   }
@@ -158,14 +174,16 @@ RayBundle BundleOfEye(const Eye& eye, int split) {
   return bundle;
 }
 
-EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye, int lines) {
+EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
+                       int lines) {
   CheckInput(layers, display, eye);
   std::vector<LayerPaths> paths;
   std::vector<float> gains;  // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     paths.push_back(PathsOfLayer(display, static_cast<int>(l), eye, lines));
     const Barrier& barrier = display.layers[l].barrier;
-    const double open = static_cast<double>(barrier.slots) * barrier.aperture_px / barrier.period_px;
+    const double open =
+        static_cast<double>(barrier.slots) * barrier.aperture_px / barrier.period_px;
     gains.push_back(static_cast<float>(1 / (open * open)));
   }
   EyePicture picture{Image<Rgb>(eye.width, eye.height), Image<float>(eye.width, eye.height)};
@@ -177,7 +195,8 @@ EyePicture SimulateEye(const LayerImages& layers, const Display& display, const 
       const LayerPaths& layer = paths[l];
       for (std::size_t r = layer.first_row[static_cast<std::size_t>(row)];
            r < layer.first_row[static_cast<std::size_t>(row) + 1]; ++r) {
-        AddRow(layers.slots[l], display.layers[l].barrier, layer.columns, layer.rows[r], layer_sums);
+        AddRow(layers.slots[l], display.layers[l].barrier, layer.columns, layer.rows[r],
+               layer_sums);
       }
       for (std::size_t x = 0; x < sums.size(); ++x) {
         sums[x].color += gains[l] * layer_sums[x].color;
@@ -199,7 +218,8 @@ double CleanEyeBox(const Display& display) {
   double box = std::numeric_limits<double>::infinity();
   for (const Layer& layer : display.layers) {
     const double half_px = (layer.barrier.period_px - layer.barrier.aperture_px) / 2.0 - 0.5;
-    box = std::min(box, half_px * display.emitter_pitch_mm() * display.viewing_distance_mm / layer.d0_mm);
+    box = std::min(
+        box, half_px * display.emitter_pitch_mm() * display.viewing_distance_mm / layer.d0_mm);
   }
   return std::max(0.0, box);
 }

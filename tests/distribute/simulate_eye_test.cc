@@ -39,8 +39,9 @@ Eye EyeAt(const Display& display, double x_mm, double y_mm, int width = 96) {
   return eye;
 }
 
-LayerImages Filled(const Display& display, const std::function<Rgb(std::size_t layer, int x, int y)>& fill,
-                   const std::function<float()>& coverage = [] { return 1.0F; }) {
+LayerImages Filled(
+    const Display& display, const std::function<Rgb(std::size_t layer, int x, int y)>& fill,
+    const std::function<float()>& coverage = [] { return 1.0F; }) {
   LayerImages images;
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const int k = display.layers[l].barrier.slots;
@@ -71,7 +72,8 @@ Rgb Mean(const Image<Rgb>& image) {
   return {static_cast<float>(r / n), static_cast<float>(g / n), static_cast<float>(b / n)};
 }
 
-void ExpectMatchesReference(const Display& display, const LayerImages& layers, const Eye& eye, int lines) {
+void ExpectMatchesReference(const Display& display, const LayerImages& layers, const Eye& eye,
+                            int lines) {
   const EyePicture fast = SimulateEye(layers, display, eye, lines);
   const EyePicture slow = reference::SimulateEye(layers, display, eye, lines);
   float color = 0, coverage = 0;
@@ -102,7 +104,10 @@ TEST_P(SimulateEyeCases, MatchesTheLoopOverSlotsOnRandomEmitters) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> value(0, 1);
   const LayerImages layers = Filled(
-      display, [&](std::size_t, int, int) { return Rgb{value(random), value(random), value(random)}; },
+      display,
+      [&](std::size_t, int, int) {
+        return Rgb{value(random), value(random), value(random)};
+      },
       [&] { return value(random); });
   for (const int width : {1, 31, 64}) {
     for (const int lines : {1, 3, 4}) {
@@ -123,14 +128,17 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(ReferenceCase{"TwoLayers", {6, 2, 3}, {-10, 10}, 1, true, 3.3, -7.1},
                     ReferenceCase{"OneLayerOutsideTheBox", {6, 2, 3}, {0}, 1, true, 91, 55},
                     ReferenceCase{"BinnedLayers", {3, 1, 3}, {-5, 5}, 2, true, -11, 4},
-                    ReferenceCase{"OpeningsWiderThanTheStride", {6, 2, 6}, {-10, 10}, 1, true, 13, 0},
+                    ReferenceCase{
+                        "OpeningsWiderThanTheStride", {6, 2, 6}, {-10, 10}, 1, true, 13, 0},
                     ReferenceCase{"OneSlot", {6, 2, 1}, {4}, 1, true, -20, 9},
                     ReferenceCase{"NoShear", {4, 2, 2}, {-3, 0, 8}, 1, false, 8, 8}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& test) { return test.param.name; });
 
 TEST(SimulateEye, AWhiteDisplayIsWhiteFromEverywhere) {
   const Display display = SmallDisplay({-10, 10});
-  const LayerImages layers = Filled(display, [](std::size_t, int, int) { return Rgb{0.5F, 0.25F, 0.125F}; });
+  const LayerImages layers = Filled(display, [](std::size_t, int, int) {
+    return Rgb{0.5F, 0.25F, 0.125F};
+  });
   for (const double x : {0.0, 17.0, -60.0}) {
     const EyePicture picture = SimulateEye(layers, display, EyeAt(display, x, x / 2), 4);
     for (std::size_t i = 0; i < picture.color.size(); ++i) {
@@ -209,11 +217,12 @@ TEST(SimulateEye, NearThingsMoveAgainstTheEyeAndFarThingsWithIt) {
   for (const double z : {-20.0, -10.0, 0.0, 10.0, 20.0}) {
     const LayerImages layers = reference::EncodeCentreRays(display, LinearPlane(z, g, h));
     const auto mean = [&](double x, double y) {
-      return static_cast<double>(Mean(SimulateEye(layers, display, EyeAt(display, x, y, 72), 4).color).g);
+      return static_cast<double>(
+          Mean(SimulateEye(layers, display, EyeAt(display, x, y, 72), 4).color).g);
     };
     // The eye e sees on the plane, behind the point X of z = 0, X + (e - X) z / D: the mean over a
-    // symmetric picture changes by g z / D per mm of the eye. Rising: the picture's brighter right part
-    // moved left.
+    // symmetric picture changes by g z / D per mm of the eye. Rising: the picture's brighter right
+    // part moved left.
     EXPECT_NEAR((mean(step, 0) - mean(0, 0)) / step, g * z / 400, 2e-7) << "z = " << z;
     EXPECT_NEAR((mean(0, step) - mean(0, 0)) / step, h * z / 400, 2e-7) << "z = " << z;
     EXPECT_NEAR(mean(0, 0), 0.5, 1e-3);
@@ -246,13 +255,14 @@ TEST(SimulateEye, ANearSquareCoversAFarPlaneAtItsPlaceFromEachEye) {
 }
 
 TEST(SimulateEye, LightOutsideTheEyeBoxComesFromTheNeighboursWindow) {
-  // A plane at the modulator is seen alike from everywhere; one at +40 jumps back by a whole fan where
-  // the eye crosses from one window into the next.
+  // A plane at the modulator is seen alike from everywhere; one at +40 jumps back by a whole fan
+  // where the eye crosses from one window into the next.
   const Display display = SmallDisplay({0});
   const LayerImages layers = reference::EncodeCentreRays(display, LinearPlane(40, 0.004, 0));
   const double fan = 400 * 6 * display.emitter_pitch_mm() / 5;
   const auto mean = [&](double x) {
-    return static_cast<double>(Mean(SimulateEye(layers, display, EyeAt(display, x, 0, 72), 4).color).g);
+    return static_cast<double>(
+        Mean(SimulateEye(layers, display, EyeAt(display, x, 0, 72), 4).color).g);
   };
   EXPECT_NEAR(mean(0), 0.5, 1e-3);
   EXPECT_NEAR(mean(fan / 6), 0.5 + 0.004 * 40 / 400 * fan / 6, 1e-3);
@@ -277,8 +287,9 @@ TEST(SimulateEye, DoesNotDependOnTheNumberOfThreads) {
   const Display display = SmallDisplay({-10, 10});
   std::mt19937 random(3);
   std::uniform_real_distribution<float> value(0, 1);
-  const LayerImages layers = Filled(
-      display, [&](std::size_t, int, int) { return Rgb{value(random), value(random), value(random)}; });
+  const LayerImages layers = Filled(display, [&](std::size_t, int, int) {
+    return Rgb{value(random), value(random), value(random)};
+  });
   const Eye eye = EyeAt(display, 12, -9, 61);
   EyePicture one, two;
   {

@@ -18,21 +18,23 @@ struct SceneHit {
 };
 using SceneOfLine = std::function<SceneHit(double x, double y, double slope_x, double slope_y)>;
 
-// The centre (mm, from the left or the top edge of the panel) of the opening that feeds emitter `index`
-// of `count` in `slot`: the one whose window of P emitters, shifted towards the viewer's fan, lies
-// nearest.
-inline double OpeningOf(const Display& display, const Layer& layer, int slot, int index, int count) {
+// The centre (mm, from the left or the top edge of the panel) of the opening that feeds emitter
+// `index` of `count` in `slot`: the one whose window of P emitters, shifted towards the viewer's
+// fan, lies nearest.
+inline double OpeningOf(const Display& display, const Layer& layer, int slot, int index,
+                        int count) {
   const double p = display.emitter_pitch_mm();
   const Barrier& b = layer.barrier;
   double best = 0, nearest = std::numeric_limits<double>::infinity();
   for (int i = -2; i <= count / b.period_px + 2; ++i) {
-    const double centre = (b.period_px * i + b.period_px / b.slots * slot + b.aperture_px / 2.0) * p;
+    const double centre =
+        (b.period_px * i + b.period_px / b.slots * slot + b.aperture_px / 2.0) * p;
     const double from_middle = centre - count * p / 2;
     const double shift =
-        display.shear
-            ? std::floor(from_middle * layer.d0_mm / ((display.viewing_distance_mm - layer.position_mm) * p) +
-                         0.5)
-            : 0;
+        display.shear ? std::floor(from_middle * layer.d0_mm /
+                                       ((display.viewing_distance_mm - layer.position_mm) * p) +
+                                   0.5)
+                      : 0;
     const double distance = std::abs((index + 0.5) * p - (centre + shift * p));
     if (distance < nearest) {
       nearest = distance;
@@ -59,8 +61,8 @@ inline LayerImages EncodeCentreRays(const Display& display, const SceneOfLine& s
         for (int c = 0; c < columns; ++c) {
           const double xm = OpeningOf(display, layer, slot % k, c, columns) - columns * p / 2;
           const double slope_x = (xm - (c + 0.5 - columns / 2.0) * p) / layer.d0_mm;
-          const SceneHit hit = scene(xm - slope_x * layer.position_mm, ym - slope_y * layer.position_mm,
-                                     slope_x, slope_y);
+          const SceneHit hit = scene(xm - slope_x * layer.position_mm,
+                                     ym - slope_y * layer.position_mm, slope_x, slope_y);
           std::size_t nearest = 0;
           for (std::size_t m = 1; m < display.layers.size(); ++m) {
             if (std::abs(hit.z - display.layers[m].position_mm) <
