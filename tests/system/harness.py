@@ -55,6 +55,16 @@ def texture(u, v, seed=0):
     return tuple(int(max(0, min(255, value * w))) for w in (1.0, 0.8 + 0.1 * math.sin(0.05 * u), 0.9))
 
 
+def write_parameters(folder, columns, rows, width, height):
+    (Path(folder) / "parameters.cfg").write_text(
+        "[intrinsics]\nfocal_length_mm = 100.0\n"
+        f"image_resolution_x_px = {width}\nimage_resolution_y_px = {height}\nsensor_size_mm = 35.0\nfstop = 100.0\n"
+        f"[extrinsics]\nnum_cams_x = {columns}\nnum_cams_y = {rows}\nbaseline_mm = 25.0\nfocus_distance_m = 4.0\n"
+        "center_cam_x_m = 0.0\ncenter_cam_y_m = 0.0\ncenter_cam_z_m = 0.0\n"
+        "center_cam_rx_rad = 0.0\ncenter_cam_ry_rad = 0.0\ncenter_cam_rz_rad = 0.0\n"
+        "[meta]\nscene = test\ncategory = test\ndisp_min = -2\ndisp_max = 2\n")
+
+
 def write_grid(folder, side=3, size=64, wrong_size_of=None):
     """An HCI-like grid: a background plane at disparity -1 and a square in front of it at +1."""
     folder = Path(folder)
@@ -71,17 +81,12 @@ def write_grid(folder, side=3, size=64, wrong_size_of=None):
 
         wide = size + (2 if index == wrong_size_of else 0)
         write_png(folder / f"input_Cam{index:03d}.png", wide, size, pixel)
-    (folder / "parameters.cfg").write_text(
-        "[intrinsics]\nfocal_length_mm = 100.0\n"
-        f"image_resolution_x_px = {size}\nimage_resolution_y_px = {size}\nsensor_size_mm = 35.0\nfstop = 100.0\n"
-        f"[extrinsics]\nnum_cams_x = {side}\nnum_cams_y = {side}\nbaseline_mm = 25.0\nfocus_distance_m = 4.0\n"
-        "center_cam_x_m = 0.0\ncenter_cam_y_m = 0.0\ncenter_cam_z_m = 0.0\n"
-        "center_cam_rx_rad = 0.0\ncenter_cam_ry_rad = 0.0\ncenter_cam_rz_rad = 0.0\n"
-        "[meta]\nscene = test\ncategory = test\ndisp_min = -2\ndisp_max = 2\n")
+    write_parameters(folder, side, side, size, size)
     return folder
 
 
-SMALL_DISPLAY = """name = "small"
+SMALL_DISPLAY = """format_version = 1
+name = "small"
 viewing_distance_mm = 600
 border_mm = 4
 
@@ -90,18 +95,21 @@ width_px = 96
 height_px = 96
 pitch_mm = 0.3
 
-[optics]
-kind = "barrier"
+[[layer]]
+position_mm = -10
 d0_mm = 5
+[layer.barrier]
 period_px = 6
 aperture_px = 2
 slots = 3
 
 [[layer]]
-position_mm = -10
-
-[[layer]]
 position_mm = 10
+d0_mm = 5
+[layer.barrier]
+period_px = 6
+aperture_px = 2
+slots = 3
 """
 
 
