@@ -1,0 +1,132 @@
+#include "pipeline/json_file.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+
+namespace lamella {
+namespace {
+
+using nlohmann::json;
+
+json Parse(const std::filesystem::path& path) {
+  try {
+    json value = json::parse(ReadText(path));
+    if (!value.is_object()) throw InputError(path.string(), "is no JSON object", "give another file");
+    return value;
+  } catch (const json::exception& error) {
+    throw InputError(path.string(), fmt::format("is no JSON ({})", error.what()), "mend the file");
+  }
+}
+
+void Flatten(const json& value, std::vector<double>& numbers, bool& good) {
+  if (value.is_array()) {
+    for (const json& element : value) Flatten(element, numbers, good);
+  } else if (value.is_number() && std::isfinite(value.get<double>())) {
+    numbers.push_back(value.get<double>());
+  } else {
+    good = false;
+  }
+}
+
+}  // namespace
+
+JsonObject::JsonObject(const std::filesystem::path& path)
+    : value_(Parse(path)), where_(path.string()) {}
+
+JsonObject::JsonObject(const json& value, std::string where)
+    : value_(value), where_(std::move(where)) {
+  if (!value_.is_object()) throw InputError(where_, "is no JSON object", "mend the file");
+}
+
+Error JsonObject::Wrong(const std::string& key, std::string_view expected) const {
+  return InputError(where_, fmt::format("\"{}\" is {} {}", key,
+                                        Has(key) ? "not" : "missing: there should be", expected),
+                    "mend the file");
+}
+
+const json& JsonObject::At(const std::string& key, std::string_view expected) const {
+  if (!Has(key)) throw Wrong(key, expected);
+  return value_.at(key);
+}
+
+double JsonObject::Number(const std::string& key) const {
+  const json& value = At(key, "a number");
+  if (!value.is_number() || !std::isfinite(value.get<double>())) throw Wrong(key, "a finite number");
+  return value.get<double>();
+}
+
+int JsonObject::Whole(const std::string& key, int min, int max) const {
+  const double number = Number(key);
+  if (number != std::floor(number) || number < min || number > max) {
+    throw Wrong(key, fmt::format("a whole number from {} to {}", min, max));
+  }
+  return static_cast<int>(number);
+}
+
+std::string JsonObject::Text(const std::string& key) const {
+  const json& value = At(key, "text");
+  if (!value.is_string()) throw Wrong(key, "text");
+  return value.get<std::string>();
+}
+
+JsonObject JsonObject::Object(const std::string& key) const {
+  const json& value = At(key, "an object");
+  if (!value.is_object()) throw Wrong(key, "an object");
+  return {value, fmt::format("{}: {}", where_, key)};
+}
+
+std::vector<JsonObject> JsonObject::Objects(const std::string& key) const {
+  const json& value = At(key, "a list of objects");
+  if (!value.is_array()) throw Wrong(key, "a list of objects");
+  std::vector<JsonObject> objects;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    objects.emplace_back(value[i], fmt::format("{}: {}[{}]", where_, key, i));
+  }
+  return objects;
+}
+
+std::vector<std::string> JsonObject::Texts(const std::string& key) const {
+  const json& value = At(key, "a list of texts");
+  if (!value.is_array()) throw Wrong(key, "a list of texts");
+  std::vector<std::string> texts;
+  for (const json& element : value) {
+    if (!element.is_string()) throw Wrong(key, "a list of texts");
+    texts.push_back(element.get<std::string>());
+  }
+  return texts;
+}
+
+std::vector<double> JsonObject::Numbers(const std::string& key, std::size_t count) const {
+  const std::string expected = fmt::format("{} finite numbers", count);
+  std::vector<double> numbers;
+  bool good = true;
+  Flatten(At(key, expected), numbers, good);
+  if (!good || numbers.size() != count) throw Wrong(key, expected);
+  return numbers;
+}
+
+bool JsonObject::HasTrue(const std::string& key) const {
+  return Has(key) && value_.at(key).is_boolean() && value_.at(key).get<bool>();
+}
+
+double JsonObject::NumberOr(const std::string& key, double otherwise) const {
+  return Has(key) ? Number(key) : otherwise;
+}
+
+std::string JsonObject::TextOr(const std::string& key, const std::string& otherwise) const {
+  return Has(key) ? Text(key) : otherwise;
+}
+
+void JsonObject::CheckFormatVersion(int newest) const {
+  const int version = Whole("format_version", 1, 1 << 20);
+  if (version > newest) {
+    throw InputError(where_, fmt::format("has format version {}, newer than {}", version, newest),
+                     "use a newer lamella");
+  }
+}
+
+}  // namespace lamella
