@@ -15,7 +15,8 @@ using nlohmann::json;
 json Parse(const std::filesystem::path& path) {
   try {
     json value = json::parse(ReadText(path));
-    if (!value.is_object()) throw InputError(path.string(), "is no JSON object", "give another file");
+    if (!value.is_object())
+      throw InputError(path.string(), "is no JSON object", "give another file");
     return value;
   } catch (const json::exception& error) {
     throw InputError(path.string(), fmt::format("is no JSON ({})", error.what()), "mend the file");
@@ -43,9 +44,10 @@ JsonObject::JsonObject(const json& value, std::string where)
 }
 
 Error JsonObject::Wrong(const std::string& key, std::string_view expected) const {
-  return InputError(where_, fmt::format("\"{}\" is {} {}", key,
-                                        Has(key) ? "not" : "missing: there should be", expected),
-                    "mend the file");
+  return InputError(
+      where_,
+      fmt::format("\"{}\" is {} {}", key, Has(key) ? "not" : "missing: there should be", expected),
+      "mend the file");
 }
 
 const json& JsonObject::At(const std::string& key, std::string_view expected) const {
@@ -55,7 +57,8 @@ const json& JsonObject::At(const std::string& key, std::string_view expected) co
 
 double JsonObject::Number(const std::string& key) const {
   const json& value = At(key, "a number");
-  if (!value.is_number() || !std::isfinite(value.get<double>())) throw Wrong(key, "a finite number");
+  if (!value.is_number() || !std::isfinite(value.get<double>()))
+    throw Wrong(key, "a finite number");
   return value.get<double>();
 }
 

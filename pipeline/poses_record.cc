@@ -41,8 +41,11 @@ ColmapModel ModelOf(const ViewSet& set, const std::vector<PointDetail>& details)
   ColmapModel model;
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     const View& view = set.views[v];
-    model.images[ImageId(v)] = {ImageId(v), view.image.filename().string(),
-                                CameraId(view.camera, model), view.camera_from_world, {}};
+    model.images[ImageId(v)] = {ImageId(v),
+                                view.image.filename().string(),
+                                CameraId(view.camera, model),
+                                view.camera_from_world,
+                                {}};
   }
   for (std::size_t p = 0; p < set.points.size(); ++p) {
     const auto id = static_cast<std::int64_t>(p + 1);
@@ -78,7 +81,8 @@ ViewSet LoadViewSet(const Workspace& workspace) {
   const ColmapModel model = ReadColmapModel(folder / kModel);
   for (const View& view : set.views) {
     if (view.camera.model != CameraModel::kPinhole) {
-      throw InputError((folder / kTransforms).string(), view.name + " is no pinhole camera", kAgain);
+      throw InputError((folder / kTransforms).string(), view.name + " is no pinhole camera",
+                       kAgain);
     }
   }
   for (const auto& [id, point] : model.points) {

@@ -15,12 +15,13 @@ namespace lamella {
 // What is known of a sparse point beside its place; runs parallel to ViewSet::points.
 struct PointDetail {
   Rgb8 color{128, 128, 128};
-  double error_px = 0;                  // mean reprojection error
-  std::vector<Eigen::Vector2d> pixels;  // where SparsePoint::views see it, in the undistorted images
+  double error_px = 0;  // mean reprojection error
+  std::vector<Eigen::Vector2d>
+      pixels;  // where SparsePoint::views see it, in the undistorted images
 };
 
-// `set` holds pinhole cameras, sorted by name; `lost` are the names of views without a pose. Without
-// details, points are said to be seen where they project to. Called inside the stage.
+// `set` holds pinhole cameras, sorted by name; `lost` are the names of views without a pose.
+// Without details, points are said to be seen where they project to. Called inside the stage.
 void SaveViewSet(const std::filesystem::path& poses_folder, const ViewSet& set,
                  const std::vector<std::string>& lost,
                  const std::vector<PointDetail>& details = {});

@@ -42,10 +42,10 @@ class Parameters {
     std::istringstream text(value->second);
     double number = 0;
     if (!(text >> number) || !(number >= min && number <= max)) {
-      throw InputError(path_.string(),
-                       fmt::format("{} = {} is no number from {:g} to {:g}", key, value->second,
-                                   min, max),
-                       kMend);
+      throw InputError(
+          path_.string(),
+          fmt::format("{} = {} is no number from {:g} to {:g}", key, value->second, min, max),
+          kMend);
     }
     return number;
   }
@@ -96,8 +96,12 @@ std::vector<View> ReadHciGrid(const fs::path& folder) {
     const Eigen::Vector2d offset(view.grid->column - (columns - 1) / 2.0,
                                  view.grid->row - (rows - 1) / 2.0);
     const Eigen::Vector2d shift = offset * (focal_px * baseline / focus);
-    view.camera = {.width = width, .height = height, .fx = focal_px, .fy = focal_px,
-                   .cx = width / 2.0 + shift.x(), .cy = height / 2.0 + shift.y()};
+    view.camera = {.width = width,
+                   .height = height,
+                   .fx = focal_px,
+                   .fy = focal_px,
+                   .cx = width / 2.0 + shift.x(),
+                   .cy = height / 2.0 + shift.y()};
     CheckCamera(view.camera, (folder / kParameters).string());
     view.camera_from_world.translation << -baseline * offset, 0;
     views.push_back(std::move(view));

@@ -4,7 +4,6 @@
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
-
 #include <fmt/format.h>
 
 #include "lightfield/error.h"

@@ -34,7 +34,8 @@ View ReadStrechaCamera(const fs::path& file) {
   double v[26];
   for (double& number : v) {
     if (!(text >> number) || !std::isfinite(number)) {
-      throw InputError(file.string(), "is no Strecha camera (26 numbers: K, distortion, R, C, size)",
+      throw InputError(file.string(),
+                       "is no Strecha camera (26 numbers: K, distortion, R, C, size)",
                        "replace the file");
     }
   }

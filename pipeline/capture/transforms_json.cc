@@ -86,7 +86,8 @@ void ReadDistortion(const Scoped& values, Camera& camera) {
   if (model != "OPENCV" && model != "PINHOLE" && model != "SIMPLE_PINHOLE") {
     throw values.frame.Wrong("camera_model", "OPENCV, OPENCV_FISHEYE or PINHOLE");
   }
-  if (values.Number("k4", 0) != 0) throw values.frame.Wrong("k4", "0 (k1, k2, p1, p2, k3 are known)");
+  if (values.Number("k4", 0) != 0)
+    throw values.frame.Wrong("k4", "0 (k1, k2, p1, p2, k3 are known)");
   k = {values.Number("k1", 0), values.Number("k2", 0), values.Number("p1", 0),
        values.Number("p2", 0), values.Number("k3", 0)};
   const bool distorted = k != std::array<double, 8>{};
@@ -118,16 +119,17 @@ json PoseJson(const Rigid& camera_from_world) {
   const Eigen::Matrix3d rotation = world_from_camera.rotation.toRotationMatrix() * kFlip;
   json rows = json::array();
   for (int r = 0; r < 3; ++r) {
-    rows.push_back({rotation(r, 0), rotation(r, 1), rotation(r, 2),
-                    world_from_camera.translation[r]});
+    rows.push_back(
+        {rotation(r, 0), rotation(r, 1), rotation(r, 2), world_from_camera.translation[r]});
   }
   rows.push_back({0.0, 0.0, 0.0, 1.0});
   return rows;
 }
 
 json FrameJson(const View& view, const fs::path& folder) {
-  const fs::path below = fs::absolute(view.image).lexically_normal().lexically_relative(
-      fs::absolute(folder).lexically_normal());
+  const fs::path below = fs::absolute(view.image)
+                             .lexically_normal()
+                             .lexically_relative(fs::absolute(folder).lexically_normal());
   const bool inside = !below.empty() && *below.begin() != "..";
   const Camera& camera = view.camera;
   json frame = {{"name", view.name},
@@ -176,9 +178,8 @@ TransformsJson ReadTransformsJson(const fs::path& path) {
 void WriteTransformsJson(const fs::path& file, const TransformsJson& transforms) {
   json frames = json::array();
   for (const View& view : transforms.views) frames.push_back(FrameJson(view, file.parent_path()));
-  const json document = {{"format_version", kFormatVersion},
-                         {"frames", std::move(frames)},
-                         {"lost", transforms.lost}};
+  const json document = {
+      {"format_version", kFormatVersion}, {"frames", std::move(frames)}, {"lost", transforms.lost}};
   WriteTextAtomically(file, document.dump(1) + "\n");
 }
 

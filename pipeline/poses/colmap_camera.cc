@@ -31,12 +31,23 @@ constexpr ModelRow kModels[] = {
 
 void Set(Camera& camera, char role, double value) {
   switch (role) {
-    case 'f': camera.fx = camera.fy = value; break;
-    case 'x': camera.fx = value; break;
-    case 'y': camera.fy = value; break;
-    case 'u': camera.cx = value; break;
-    case 'v': camera.cy = value; break;
-    default: camera.distortion[static_cast<std::size_t>(role - '0')] = value;
+    case 'f':
+      camera.fx = camera.fy = value;
+      break;
+    case 'x':
+      camera.fx = value;
+      break;
+    case 'y':
+      camera.fy = value;
+      break;
+    case 'u':
+      camera.cx = value;
+      break;
+    case 'v':
+      camera.cy = value;
+      break;
+    default:
+      camera.distortion[static_cast<std::size_t>(role - '0')] = value;
   }
 }
 
@@ -72,8 +83,9 @@ Camera FromColmap(int model_id, int width, int height, const std::vector<double>
     if (row.id != model_id) continue;
     const std::string roles = row.parameters;
     if (roles.size() != parameters.size()) {
-      throw InputError(where, fmt::format("a {} camera has {} parameters, not {}", row.name,
-                                          roles.size(), parameters.size()),
+      throw InputError(where,
+                       fmt::format("a {} camera has {} parameters, not {}", row.name, roles.size(),
+                                   parameters.size()),
                        "replace the model");
     }
     Camera camera;
@@ -84,9 +96,9 @@ Camera FromColmap(int model_id, int width, int height, const std::vector<double>
     CheckCamera(camera, where);
     return camera;
   }
-  throw InputError(where, fmt::format("has a camera of COLMAP's model {}, which is not known here",
-                                      model_id),
-                   "use PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV or a radial fisheye");
+  throw InputError(
+      where, fmt::format("has a camera of COLMAP's model {}, which is not known here", model_id),
+      "use PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV or a radial fisheye");
 }
 
 }  // namespace lamella

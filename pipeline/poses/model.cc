@@ -158,7 +158,8 @@ class Lines {
   T Take() {
     T value{};
     if (!(line_ >> value)) {
-      throw InputError(fmt::format("{}:{}", file_.string(), number_), "can't be understood", kReplace);
+      throw InputError(fmt::format("{}:{}", file_.string(), number_), "can't be understood",
+                       kReplace);
     }
     return value;
   }
@@ -256,7 +257,9 @@ void CheckReferences(const fs::path& folder, const ColmapModel& model) {
 
 }  // namespace
 
-bool IsColmapModel(const fs::path& folder) { return HasAll(folder, ".bin") || HasAll(folder, ".txt"); }
+bool IsColmapModel(const fs::path& folder) {
+  return HasAll(folder, ".bin") || HasAll(folder, ".txt");
+}
 
 ColmapModel ReadColmapModel(const fs::path& folder) {
   ColmapModel model;
@@ -280,8 +283,9 @@ void WriteColmapModel(const fs::path& folder, const ColmapModel& model) {
     cameras += fmt::format("{} {} {} {} {}\n", id, colmap.model, camera.width, camera.height,
                            fmt::join(colmap.parameters, " "));
   }
-  std::string images = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
-                       "# POINTS2D[] as (X, Y, POINT3D_ID)\n";
+  std::string images =
+      "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
+      "# POINTS2D[] as (X, Y, POINT3D_ID)\n";
   for (const auto& [id, image] : model.images) {
     const Eigen::Quaterniond& q = image.camera_from_world.rotation;
     const Eigen::Vector3d& t = image.camera_from_world.translation;
@@ -294,7 +298,8 @@ void WriteColmapModel(const fs::path& folder, const ColmapModel& model) {
     }
     images += '\n';
   }
-  std::string points = "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
+  std::string points =
+      "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
   for (const auto& [id, point] : model.points) {
     const Eigen::Vector3d& p = point.position;
     points += fmt::format("{} {} {} {} {} {} {} {}", id, p.x(), p.y(), p.z(), point.color.r,
@@ -328,8 +333,8 @@ double ReprojectionErrorPx(const ColmapModel& model) {
   for (const auto& [id, point] : model.points) {
     for (const ColmapTrackElement& element : point.track) {
       const ColmapImage& image = model.images.at(element.image_id);
-      const auto pixel = Project(model.cameras.at(image.camera_id),
-                                 image.camera_from_world * point.position);
+      const auto pixel =
+          Project(model.cameras.at(image.camera_id), image.camera_from_world * point.position);
       if (!pixel) continue;
       sum += (*pixel - image.observations[element.observation].pixel).squaredNorm();
       ++count;
