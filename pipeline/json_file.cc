@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
@@ -35,13 +36,31 @@ void Flatten(const json& value, std::vector<double>& numbers, bool& good) {
 
 }  // namespace
 
-JsonObject::JsonObject(const std::filesystem::path& path)
-    : value_(Parse(path)), where_(path.string()) {}
+struct JsonObject::Node {
+  std::shared_ptr<const json> document;
+  const json& value;
 
-JsonObject::JsonObject(const json& value, std::string where)
-    : value_(value), where_(std::move(where)) {
-  if (!value_.is_object()) throw InputError(where_, "is no JSON object", "mend the file");
+  const json& At(const JsonObject& object, const std::string& key,
+                 std::string_view expected) const {
+    if (!value.contains(key)) throw object.Wrong(key, expected);
+    return value.at(key);
+  }
+  std::shared_ptr<const Node> Child(const json& child) const {
+    return std::make_shared<Node>(Node{document, child});
+  }
+};
+
+JsonObject::JsonObject(const std::filesystem::path& path) : where_(path.string()) {
+  const auto document = std::make_shared<const json>(Parse(path));
+  node_ = std::make_shared<Node>(Node{document, *document});
 }
+
+JsonObject::JsonObject(std::shared_ptr<const Node> node, std::string where)
+    : node_(std::move(node)), where_(std::move(where)) {
+  if (!node_->value.is_object()) throw InputError(where_, "is no JSON object", "mend the file");
+}
+
+bool JsonObject::Has(const std::string& key) const { return node_->value.contains(key); }
 
 Error JsonObject::Wrong(const std::string& key, std::string_view expected) const {
   return InputError(
@@ -50,13 +69,8 @@ Error JsonObject::Wrong(const std::string& key, std::string_view expected) const
       "mend the file");
 }
 
-const json& JsonObject::At(const std::string& key, std::string_view expected) const {
-  if (!Has(key)) throw Wrong(key, expected);
-  return value_.at(key);
-}
-
 double JsonObject::Number(const std::string& key) const {
-  const json& value = At(key, "a number");
+  const json& value = node_->At(*this, key, "a number");
   if (!value.is_number() || !std::isfinite(value.get<double>()))
     throw Wrong(key, "a finite number");
   return value.get<double>();
@@ -71,29 +85,30 @@ int JsonObject::Whole(const std::string& key, int min, int max) const {
 }
 
 std::string JsonObject::Text(const std::string& key) const {
-  const json& value = At(key, "text");
+  const json& value = node_->At(*this, key, "text");
   if (!value.is_string()) throw Wrong(key, "text");
   return value.get<std::string>();
 }
 
 JsonObject JsonObject::Object(const std::string& key) const {
-  const json& value = At(key, "an object");
+  const json& value = node_->At(*this, key, "an object");
   if (!value.is_object()) throw Wrong(key, "an object");
-  return {value, fmt::format("{}: {}", where_, key)};
+  return {node_->Child(value), fmt::format("{}: {}", where_, key)};
 }
 
 std::vector<JsonObject> JsonObject::Objects(const std::string& key) const {
-  const json& value = At(key, "a list of objects");
+  const json& value = node_->At(*this, key, "a list of objects");
   if (!value.is_array()) throw Wrong(key, "a list of objects");
   std::vector<JsonObject> objects;
   for (std::size_t i = 0; i < value.size(); ++i) {
-    objects.emplace_back(value[i], fmt::format("{}: {}[{}]", where_, key, i));
+    objects.push_back(
+        JsonObject(node_->Child(value[i]), fmt::format("{}: {}[{}]", where_, key, i)));
   }
   return objects;
 }
 
 std::vector<std::string> JsonObject::Texts(const std::string& key) const {
-  const json& value = At(key, "a list of texts");
+  const json& value = node_->At(*this, key, "a list of texts");
   if (!value.is_array()) throw Wrong(key, "a list of texts");
   std::vector<std::string> texts;
   for (const json& element : value) {
@@ -107,13 +122,13 @@ std::vector<double> JsonObject::Numbers(const std::string& key, std::size_t coun
   const std::string expected = fmt::format("{} finite numbers", count);
   std::vector<double> numbers;
   bool good = true;
-  Flatten(At(key, expected), numbers, good);
+  Flatten(node_->At(*this, key, expected), numbers, good);
   if (!good || numbers.size() != count) throw Wrong(key, expected);
   return numbers;
 }
 
 bool JsonObject::HasTrue(const std::string& key) const {
-  return Has(key) && value_.at(key).is_boolean() && value_.at(key).get<bool>();
+  return Has(key) && node_->value.at(key).is_boolean() && node_->value.at(key).get<bool>();
 }
 
 double JsonObject::NumberOr(const std::string& key, double otherwise) const {

@@ -1,12 +1,11 @@
-// JSON files read with errors that name the file and the field. Heavy: for .cc files only.
+// JSON files read with errors that name the file and the field.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "lightfield/error.h"
 
@@ -17,9 +16,8 @@ class JsonObject {
  public:
   // Reads the file; InputError where it is no JSON object.
   explicit JsonObject(const std::filesystem::path& path);
-  JsonObject(const nlohmann::json& value, std::string where);
 
-  bool Has(const std::string& key) const { return value_.contains(key); }
+  bool Has(const std::string& key) const;
   const std::string& where() const { return where_; }
   Error Wrong(const std::string& key, std::string_view expected) const;
 
@@ -41,9 +39,10 @@ class JsonObject {
   void CheckFormatVersion(int newest) const;
 
  private:
-  const nlohmann::json& At(const std::string& key, std::string_view expected) const;
+  struct Node;  // a value in its document
+  JsonObject(std::shared_ptr<const Node> node, std::string where);
 
-  nlohmann::json value_;
+  std::shared_ptr<const Node> node_;
   std::string where_;
 };
 

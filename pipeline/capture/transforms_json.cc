@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
