@@ -1,0 +1,232 @@
+#include "pipeline/layers_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormatVersion = 1;
+constexpr const char* kRecordFile = "layers.json";
+constexpr const char* kRunLayers = "run `lamella layers` again";
+constexpr float kLargestHalf = 65504;
+
+// JSON has no infinity.
+Json Number(double value) {
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
+double Number(const Json& json) {
+  if (!json.is_string()) return json.get<double>();
+  return json == "inf" ? std::numeric_limits<double>::infinity()
+                       : -std::numeric_limits<double>::infinity();
+}
+
+Json ToJson(const Display& display) {
+  Json layers = Json::array();
+  for (const Layer& layer : display.layers) {
+    layers.push_back({{"position_mm", layer.position_mm},
+                      {"d0_mm", layer.d0_mm},
+                      {"mirror_x", layer.mirror_x},
+                      {"barrier",
+                       {{"period_px", layer.barrier.period_px},
+                        {"aperture_px", layer.barrier.aperture_px},
+                        {"slots", layer.barrier.slots}}}});
+  }
+  return {{"name", display.name},
+          {"viewing_distance_mm", display.viewing_distance_mm},
+          {"shear", display.shear},
+          {"border_mm", display.border_mm},
+          {"panel",
+           {{"width_px", display.width_px},
+            {"height_px", display.height_px},
+            {"pitch_mm", display.pitch_mm},
+            {"binning_px", display.binning_px}}},
+          {"layer", layers}};
+}
+
+Display DisplayFromJson(const Json& json) {
+  Display display;
+  display.name = json.at("name");
+  display.viewing_distance_mm = json.at("viewing_distance_mm");
+  display.shear = json.at("shear");
+  display.border_mm = json.at("border_mm");
+  const Json& panel = json.at("panel");
+  display.width_px = panel.at("width_px");
+  display.height_px = panel.at("height_px");
+  display.pitch_mm = panel.at("pitch_mm");
+  display.binning_px = panel.at("binning_px");
+  for (const Json& layer : json.at("layer")) {
+    const Json& barrier = layer.at("barrier");
+    display.layers.push_back(
+        {layer.at("position_mm"),
+         layer.at("d0_mm"),
+         {barrier.at("period_px"), barrier.at("aperture_px"), barrier.at("slots")},
+         layer.at("mirror_x")});
+  }
+  return display;
+}
+
+Json ToJson(const Placement& p) {
+  const Eigen::Quaterniond& q = p.camera_from_world.rotation;
+  const Eigen::Vector3d& t = p.camera_from_world.translation;
+  Json matrix = Json::array();
+  for (int row = 0; row < 4; ++row) {
+    const auto r = p.display_from_world.row(row);
+    matrix.push_back({r(0), r(1), r(2), r(3)});
+  }
+  return {
+      {"reference_view", p.reference_view},
+      {"viewing_distance_mm", p.viewing_distance_mm},
+      {"a", p.a},
+      {"b", p.b},
+      {"mm_per_view_px", p.mm_per_view_px},
+      {"focal_px", p.focal_px},
+      {"middle", {p.middle.x(), p.middle.y()}},
+      {"picture_width_mm", p.picture_width_mm},
+      {"picture_height_mm", p.picture_height_mm},
+      {"near", p.near},
+      {"far", Number(p.far)},
+      {"near_mm", p.near_mm},
+      {"far_mm", p.far_mm},
+      {"camera_from_world",
+       {{"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}}, {"translation", {t.x(), t.y(), t.z()}}}},
+      {"display_from_world", matrix}};
+}
+
+Placement PlacementFromJson(const Json& json) {
+  Placement p;
+  p.reference_view = json.at("reference_view");
+  p.viewing_distance_mm = json.at("viewing_distance_mm");
+  p.a = json.at("a");
+  p.b = json.at("b");
+  p.mm_per_view_px = json.at("mm_per_view_px");
+  p.focal_px = json.at("focal_px");
+  p.middle = {json.at("middle").at(0).get<double>(), json.at("middle").at(1).get<double>()};
+  p.picture_width_mm = json.at("picture_width_mm");
+  p.picture_height_mm = json.at("picture_height_mm");
+  p.near = json.at("near");
+  p.far = Number(json.at("far"));
+  p.near_mm = json.at("near_mm");
+  p.far_mm = json.at("far_mm");
+  const Json& q = json.at("camera_from_world").at("rotation_wxyz");
+  const Json& t = json.at("camera_from_world").at("translation");
+  p.camera_from_world.rotation = Eigen::Quaterniond(q.at(0), q.at(1), q.at(2), q.at(3));
+  p.camera_from_world.translation = {t.at(0).get<double>(), t.at(1).get<double>(),
+                                     t.at(2).get<double>()};
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      p.display_from_world(row, column) = json.at("display_from_world")
+                                              .at(static_cast<std::size_t>(row))
+                                              .at(static_cast<std::size_t>(column));
+    }
+  }
+  return p;
+}
+
+}  // namespace
+
+void SaveLayersRecord(const fs::path& folder, const LayersRecord& record) {
+  Json files = Json::array();
+  for (std::size_t layer = 0; layer < record.display.layers.size(); ++layer) {
+    const int k = record.display.layers[layer].barrier.slots;
+    for (int slot = 0; slot < k * k; ++slot) {
+      files.push_back({{"file", EmitterFile(static_cast<int>(layer), slot)},
+                       {"layer", layer},
+                       {"slot", slot},
+                       {"slot_x", slot % k},
+                       {"slot_y", slot / k}});
+    }
+  }
+  const Json json = {{"format_version", kFormatVersion},
+                     {"display", ToJson(record.display)},
+                     {"placement", ToJson(record.placement)},
+                     {"seen_share", record.seen_share},
+                     {"seen_share_in_picture", record.seen_share_in_picture},
+                     {"emitters", files}};
+  WriteTextAtomically(folder / kRecordFile, json.dump(1) + "\n");
+}
+
+LayersRecord LoadLayersRecord(const Workspace& workspace) {
+  const fs::path path = workspace.Stage("layers") / kRecordFile;
+  try {
+    const Json json = Json::parse(ReadText(path));
+    if (json.at("format_version").get<int>() > kFormatVersion) {
+      throw InputError(path.string(), "was written by a newer lamella",
+                       "use that version or another --workspace");
+    }
+    LayersRecord record;
+    record.display = DisplayFromJson(json.at("display"));
+    record.placement = PlacementFromJson(json.at("placement"));
+    record.seen_share = json.at("seen_share");
+    record.seen_share_in_picture = json.at("seen_share_in_picture");
+    Check(record.display, path.string());
+    return record;
+  } catch (const Json::exception&) {
+    throw InputError(path.string(), "is damaged", kRunLayers);
+  }
+}
+
+std::string EmitterFile(int layer, int slot) {
+  return fmt::format("layer_{}_slot_{}.exr", layer, slot);
+}
+
+void SaveEmitterImage(const fs::path& folder, int layer, int slot, const EmitterImage& image) {
+  const int width = image.color.width(), height = image.color.height();
+  std::vector<Channel> channels;
+  for (const char* name : {"R", "G", "B", "A"}) channels.push_back({name, {width, height}});
+  for (std::size_t i = 0; i < image.color.size(); ++i) {
+    const Rgb& color = image.color.data()[i];
+    channels[0].pixels.data()[i] = std::min(color.r, kLargestHalf);
+    channels[1].pixels.data()[i] = std::min(color.g, kLargestHalf);
+    channels[2].pixels.data()[i] = std::min(color.b, kLargestHalf);
+    channels[3].pixels.data()[i] = image.coverage.data()[i];
+  }
+  WriteExr(folder / EmitterFile(layer, slot), channels, ExrType::kHalf);
+}
+
+EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,
+                              int slot) {
+  const fs::path path = workspace.Stage("layers") / EmitterFile(layer, slot);
+  std::vector<Channel> channels = ReadExr(path);
+  const Image<float> r = TakeChannel(channels, "R", path), g = TakeChannel(channels, "G", path),
+                     b = TakeChannel(channels, "B", path);
+  EmitterImage image{Image<Rgb>(r.width(), r.height()), TakeChannel(channels, "A", path)};
+  if (r.width() != display.emitter_columns() || r.height() != display.emitter_rows()) {
+    throw InputError(path.string(), "has not the size of the display in layers.json", kRunLayers);
+  }
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    image.color.data()[i] = {r.data()[i], g.data()[i], b.data()[i]};
+  }
+  return image;
+}
+
+LayerImages LoadLayerImages(const Workspace& workspace, const LayersRecord& record) {
+  LayerImages images;
+  images.seen_share = record.seen_share;
+  for (std::size_t layer = 0; layer < record.display.layers.size(); ++layer) {
+    const int k = record.display.layers[layer].barrier.slots;
+    std::vector<EmitterImage> slots(static_cast<std::size_t>(k * k));
+    ParallelForEach(0, k * k, [&](std::int64_t slot) {
+      slots[static_cast<std::size_t>(slot)] = LoadEmitterImage(
+          workspace, record.display, static_cast<int>(layer), static_cast<int>(slot));
+    });
+    images.slots.push_back(std::move(slots));
+  }
+  return images;
+}
+
+}  // namespace lamella

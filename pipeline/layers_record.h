@@ -1,0 +1,37 @@
+// W/layers: layers.json (docs/formats.md) and an EXR of emitters per layer and time slot.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "distribute/distribute.h"
+#include "distribute/place.h"
+#include "lightfield/display.h"
+#include "pipeline/workspace.h"
+
+namespace lamella {
+
+// What frames and preview must know of how the layers were made.
+struct LayersRecord {
+  Display display;  // with the border that was used
+  Placement placement;
+  double seen_share = 0;             // of all display rays
+  double seen_share_in_picture = 0;  // of those that pass the reference picture on z = 0
+};
+
+void SaveLayersRecord(const std::filesystem::path& folder, const LayersRecord& record);
+// InputError where layers.json is absent, damaged or of a newer version.
+LayersRecord LoadLayersRecord(const Workspace& workspace);
+
+// layer_K_slot_T.exr; slot = slots_per_axis * slot_y + slot_x.
+std::string EmitterFile(int layer, int slot);
+// Half floats R, G, B (linear, not multiplied by coverage) and A (coverage). Radiance beyond a half
+// float's range is clamped to it.
+void SaveEmitterImage(const std::filesystem::path& folder, int layer, int slot,
+                      const EmitterImage& image);
+// InputError where the file's size is not the display's.
+EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,
+                              int slot);
+LayerImages LoadLayerImages(const Workspace& workspace, const LayersRecord& record);
+
+}  // namespace lamella
