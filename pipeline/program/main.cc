@@ -89,6 +89,7 @@ int Main(int argc, char** argv) {
   program.footer(kFooter);
   program.get_formatter()->column_width(36);
   Invocation invocation;
+  AddCompare(program, invocation);
   AddDisplays(program, invocation);
   if (argc == 1) {
     fmt::print("{}", program.help());
