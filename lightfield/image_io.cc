@@ -15,6 +15,7 @@
 #include "lightfield/atomic_file.h"
 #include "lightfield/color.h"
 #include "lightfield/error.h"
+#include "lightfield/image_whole.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -33,28 +34,73 @@ bool IsFloat(const OIIO::ImageSpec& spec) {
 
 bool SwapsAxes(int orientation) { return orientation >= 5; }
 
-// libjpeg pads a truncated file with grey and calls that a warning: a whole JPEG has an
-// end-of-image marker after its last scan.
-void CheckJpegIsWhole(const fs::path& path) {
-  const std::string bytes = ReadText(path);
-  const std::size_t scan = bytes.rfind("\xFF\xDA");
-  const std::size_t end = bytes.rfind("\xFF\xD9");
-  if (scan == std::string::npos || end == std::string::npos || end < scan) {
-    throw Unreadable(path, "the JPEG is truncated");
-  }
+// Larger than any picture that fits in memory here; what claims more is a lie.
+constexpr double kMaxPixels = 1 << 29;
+
+// The picture is the display window: a renderer's data window may be smaller or larger.
+OIIO::ROI Picture(const OIIO::ImageSpec& spec) {
+  const OIIO::ROI full = OIIO::get_roi_full(spec);
+  return IsFloat(spec) && full.npixels() > 0 ? full : OIIO::get_roi(spec);
 }
 
-OIIO::ImageBuf ReadUpright(const fs::path& path, OIIO::TypeDesc type) {
+void CheckSize(const OIIO::ImageSpec& spec, const fs::path& path) {
+  const OIIO::ROI picture = Picture(spec);
+  const double pixels = 1.0 * picture.width() * picture.height();
+  if (!(pixels >= 1 && pixels <= kMaxPixels)) throw Unreadable(path, "it claims an absurd size");
+}
+
+// Opens the file and looks at its header. What is wrong with its end is found before a decoder sees
+// it, since those write to standard error of their own.
+std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
+  if (fs::file_size(path, error) == 0) throw Unreadable(path, "the file is empty");
   // Colours as the file has them: by default OpenImageIO multiplies them by an unassociated alpha.
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);
-  OIIO::ImageBuf buffer(path.string(), 0, 0, nullptr, &config);
-  if (!buffer.read(0, 0, true, type)) throw Unreadable(path, buffer.geterror());
-  if (std::string(buffer.file_format_name()) == "jpeg") CheckJpegIsWhole(path);
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string(), &config);
+  if (!input) {
+    const std::string reason = OIIO::geterror();
+    throw Unreadable(path, reason.empty() ? "unknown format" : reason);
+  }
+  CheckSize(input->spec(), path);
+  return input;
+}
+
+// Through ImageInput and not by ImageBuf's own reading, whose cache may hold an older file of that
+// name.
+OIIO::ImageBuf ReadPixels(const fs::path& path, OIIO::TypeDesc type) {
+  const std::unique_ptr<OIIO::ImageInput> input = Open(path);
+  const std::string why = WhyNotWhole(ReadText(path));
+  if (!why.empty()) throw Unreadable(path, why);
+  OIIO::ImageSpec spec = input->spec();
+  if (type != OIIO::TypeDesc::UNKNOWN) spec.set_format(type);
+  OIIO::ImageBuf buffer(spec);
+  if (!input->read_image(0, 0, 0, spec.nchannels, spec.format, buffer.localpixels())) {
+    throw Unreadable(path, input->geterror());
+  }
+  return buffer;
+}
+
+OIIO::ImageBuf ReadUpright(const fs::path& path, OIIO::TypeDesc type) {
+  OIIO::ImageBuf buffer = ReadPixels(path, type);
+  const OIIO::ROI picture = Picture(buffer.spec());
+  if (buffer.roi() != picture) buffer = OIIO::ImageBufAlgo::crop(buffer, picture);
   if (buffer.orientation() != 1) buffer = OIIO::ImageBufAlgo::reorient(buffer);
   return buffer;
+}
+
+// The longer side of the sensor, from the resolution in its plane. That counts pixels as they were
+// taken: a picture made smaller since keeps the entry.
+std::optional<double> SensorLongerSide(const OIIO::ImageSpec& spec) {
+  const double per_unit =
+      static_cast<double>(spec.get_float_attribute("Exif:FocalPlaneXResolution", 0.0F));
+  const int unit = spec.get_int_attribute("Exif:FocalPlaneResolutionUnit", 2);
+  const double unit_mm = unit == 3 ? 10.0 : unit == 4 ? 1.0 : unit == 5 ? 0.001 : 25.4;
+  const int pixels = std::max(spec.get_int_attribute("Exif:PixelXDimension", spec.width),
+                              spec.get_int_attribute("Exif:PixelYDimension", spec.height));
+  if (!(per_unit > 0) || pixels < 1) return std::nullopt;
+  return pixels / per_unit * unit_mm;
 }
 
 // Pixels of the first three channels (grey repeated), with `convert` from T to Out::channel.
@@ -100,19 +146,14 @@ OIIO::ImageSpec PngSpec(int width, int height, int channels) {
 }  // namespace
 
 ImageInfo ReadImageInfo(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
-  if (fs::file_size(path, error) == 0) throw Unreadable(path, "the file is empty");
-  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
-  if (!input) {
-    const std::string reason = OIIO::geterror();
-    throw Unreadable(path, reason.empty() ? "unknown format" : reason);
-  }
+  const std::unique_ptr<OIIO::ImageInput> input = Open(path);
   const OIIO::ImageSpec& spec = input->spec();
+  const OIIO::ROI picture = Picture(spec);
   ImageInfo info;
   info.orientation = std::clamp(spec.get_int_attribute("Orientation", 1), 1, 8);
-  info.width = SwapsAxes(info.orientation) ? spec.height : spec.width;
-  info.height = SwapsAxes(info.orientation) ? spec.width : spec.height;
+  info.format = input->format_name();
+  info.width = SwapsAxes(info.orientation) ? picture.height() : picture.width();
+  info.height = SwapsAxes(info.orientation) ? picture.width() : picture.height();
   info.channels = spec.nchannels;
   info.bits =
       spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(spec.format.size()) * 8);
@@ -121,9 +162,17 @@ ImageInfo ReadImageInfo(const fs::path& path) {
   const float focal_35mm = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0.0F);
   if (focal > 0) info.focal_mm = static_cast<double>(focal);
   if (focal_35mm > 0) info.focal_35mm = static_cast<double>(focal_35mm);
+  info.sensor_longer_mm = SensorLongerSide(spec);
   info.camera_maker = spec.get_string_attribute("Make");
   info.camera_model = spec.get_string_attribute("Model");
   return info;
+}
+
+void CheckImageIsWhole(const fs::path& path) {
+  if (ReadImageInfo(path).is_float)
+    ReadImage(path);
+  else
+    ReadUpright(path, OIIO::TypeDesc::UNKNOWN);
 }
 
 Image<Rgb> ReadImage(const fs::path& path) {
@@ -181,7 +230,8 @@ void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_qua
 std::string EncodeCodes8(ImageSpan<const Rgb8> codes, const std::string& format, int jpeg_quality) {
   std::vector<Rgb8> packed;
   packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
-  for (int y = 0; y < codes.height; ++y) packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
+  for (int y = 0; y < codes.height; ++y)
+    packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
   OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3);
   spec.attribute("CompressionQuality", jpeg_quality);
   std::vector<unsigned char> bytes;
@@ -254,8 +304,7 @@ void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrTyp
 }
 
 std::vector<Channel> ReadExr(const fs::path& path) {
-  OIIO::ImageBuf buffer(path.string());
-  if (!buffer.read(0, 0, true, OIIO::TypeDesc::FLOAT)) throw Unreadable(path, buffer.geterror());
+  const OIIO::ImageBuf buffer = ReadPixels(path, OIIO::TypeDesc::FLOAT);
   std::vector<Channel> channels;
   for (int c = 0; c < buffer.nchannels(); ++c) {
     Channel channel{buffer.spec().channelnames[static_cast<std::size_t>(c)],
@@ -288,6 +337,8 @@ Image<float> ReadPfm(const fs::path& path) {
     throw Unreadable(path, "no one-channel PFM");
   }
   file.get();  // the one blank after the header
+  const auto pixels = static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(height);
+  if (fs::file_size(path) < pixels * sizeof(float)) throw Unreadable(path, "the PFM is truncated");
   Image<float> image(width, height);
   for (int y = height - 1; y >= 0; --y) {  // rows are stored bottom to top
     file.read(reinterpret_cast<char*>(image.row(y)),

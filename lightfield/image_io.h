@@ -14,16 +14,22 @@ namespace lamella {
 // What a file says of itself without its pixels being read. Width and height are of the upright
 // picture, i.e. after the EXIF orientation was applied.
 struct ImageInfo {
+  std::string format;  // "jpeg", "png", "tiff", "openexr", ...
   int width = 0, height = 0, channels = 0;
   int bits = 8;                                // of a channel
   bool is_float = false;                       // linear by convention (EXR, PFM, float TIFF)
   int orientation = 1;                         // EXIF 1..8
   std::optional<double> focal_mm, focal_35mm;  // EXIF FocalLength, FocalLengthIn35mmFilm
+  std::optional<double> sensor_longer_mm;      // from EXIF FocalPlaneXResolution
   std::string camera_maker, camera_model;
 };
 
 // Throws InputError naming the file where it is no image, is empty or truncated.
 ImageInfo ReadImageInfo(const std::filesystem::path& path);
+
+// Decodes the whole file: InputError where that is not possible (truncated, damaged, a value that
+// is not finite), as ReadImage and ReadSrgb8 would.
+void CheckImageIsWhole(const std::filesystem::path& path);
 
 // Upright, linear. Integer files are decoded from sRGB, float files are taken as linear.
 // Grey is repeated to three channels; an alpha channel is left out (ReadAlpha has it).

@@ -1,0 +1,179 @@
+#include "pipeline/poses/colmap.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "pipeline/poses/process.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+bool StartsWith(std::string_view text, std::string_view start) {
+  return text.substr(0, start.size()) == start;
+}
+
+bool TellsAnError(std::string_view line) {
+  return StartsWith(line, "ERROR:") || line.find("Check failed") != std::string_view::npos ||
+         StartsWith(line, "terminate called") || StartsWith(line, "  what():");
+}
+
+// A line that starts like this counts as a unit of progress.
+std::function<void(std::string_view)> Counter(Progress& progress, std::string start) {
+  return [&progress, start = std::move(start)](std::string_view line) {
+    if (StartsWith(line, start)) progress.Advance();
+  };
+}
+
+std::vector<std::string> MapperOptions(MapperEffort effort) {
+  std::vector<std::string> options = {"--Mapper.num_threads", "1"};
+  const auto add = [&](const char* name, const char* value) {
+    options.insert(options.end(), {std::string("--Mapper.") + name, value});
+  };
+  if (effort != MapperEffort::kUsual) {
+    add("init_min_tri_angle", "4");
+    add("init_min_num_inliers", "50");
+    add("abs_pose_min_num_inliers", "20");
+  }
+  if (effort == MapperEffort::kLast) {
+    add("init_min_tri_angle", "1");
+    add("init_min_num_inliers", "15");
+    add("init_max_reg_trials", "5");
+    add("abs_pose_min_num_inliers", "12");
+    add("abs_pose_min_inlier_ratio", "0.15");
+    add("tri_min_angle", "0.5");
+    add("filter_min_tri_angle", "0.5");
+    add("tri_ignore_two_view_tracks", "0");
+  }
+  return options;
+}
+
+}  // namespace
+
+std::optional<std::string> FindColmap() {
+  const std::optional<fs::path> program = FindProgram("colmap");
+  return program ? std::optional<std::string>(program->string()) : std::nullopt;
+}
+
+std::optional<std::string> ColmapVersion() {
+  const std::optional<std::string> program = FindColmap();
+  if (!program) return std::nullopt;
+  std::string version;
+  RunProcess({*program, {"help"}, {{"QT_QPA_PLATFORM", "offscreen"}}}, [&](std::string_view line) {
+    if (version.empty() && StartsWith(line, "COLMAP")) version = line;
+  });
+  return version;
+}
+
+std::string RequireColmap() {
+  if (const std::optional<std::string> program = FindColmap()) return *program;
+  throw MachineError("", "COLMAP is not installed (no program \"colmap\" in PATH)",
+                     "install it with: sudo apt-get install colmap");
+}
+
+Colmap::Colmap(fs::path folder, Progress& progress)
+    : program_(RequireColmap()), folder_(std::move(folder)), progress_(progress) {
+  std::error_code error;
+  fs::remove_all(folder_, error);
+  CreateFolder(Images());
+}
+
+Colmap::Outcome Colmap::Run(const std::string& verb, const std::vector<std::string>& arguments,
+                            const std::function<void(std::string_view)>& on_line) {
+  Command command{program_, {verb}, {}};
+  command.arguments.insert(command.arguments.end(), arguments.begin(), arguments.end());
+  // Its logs would go to /tmp under the time's name.
+  command.environment = {{"QT_QPA_PLATFORM", "offscreen"},
+                         {"LC_ALL", "C"},
+                         {"OMP_NUM_THREADS", "1"},
+                         {"OPENBLAS_NUM_THREADS", "1"},
+                         {"GLOG_log_dir", folder_.string()}};
+  Outcome outcome;
+  const ProcessResult result = RunProcess(command, [&](std::string_view line) {
+    progress_.Note(fmt::format("colmap {}: {}", verb, line));
+    if (TellsAnError(line)) outcome.reason = line;
+    on_line(line);
+  });
+  outcome.succeeded = result.Succeeded();
+  if (!outcome.succeeded && outcome.reason.empty()) {
+    outcome.reason = result.signal != 0 ? fmt::format("ended by signal {}", result.signal)
+                                        : fmt::format("exit code {}", result.exit_code);
+  }
+  return outcome;
+}
+
+void Colmap::RunOrThrow(const std::string& verb, const std::vector<std::string>& arguments,
+                        const std::function<void(std::string_view)>& on_line) {
+  const Outcome outcome = Run(verb, arguments, on_line);
+  if (outcome.succeeded) return;
+  std::error_code error;
+  if (const fs::space_info space = fs::space(folder_, error); !error && space.available < 1 << 20) {
+    throw MachineError(folder_.string(), "no space left on the disk",
+                       "free some, then run the same command again");
+  }
+  throw MachineError("", fmt::format("COLMAP's {} failed ({})", verb, outcome.reason),
+                     "run again with --verbose to see its output");
+}
+
+fs::path Colmap::FreshFolder(const std::string& name) {
+  const fs::path folder = folder_ / fmt::format("{}_{}", name, ++attempts_);
+  CreateFolder(folder);
+  return folder;
+}
+
+void Colmap::ExtractFeatures(int num_images, const ExtractionOptions& options) {
+  progress_.Start("find features", num_images, "views");
+  RunOrThrow("feature_extractor",
+             {"--database_path", Database().string(), "--image_path", Images().string(),
+              "--SiftExtraction.use_gpu", "0", "--SiftExtraction.num_threads", "1",
+              "--SiftExtraction.max_image_size", std::to_string(options.image_size_px),
+              "--SiftExtraction.max_num_features", std::to_string(options.features),
+              "--SiftExtraction.first_octave", std::to_string(options.first_octave)},
+             Counter(progress_, "Processed file"));
+}
+
+void Colmap::ImportMatches(const fs::path& list, int num_pairs) {
+  progress_.Start("verify matches", num_pairs, "pairs");
+  RunOrThrow(
+      "matches_importer",
+      {"--database_path", Database().string(), "--match_list_path", list.string(), "--match_type",
+       "raw", "--SiftMatching.use_gpu", "0", "--SiftMatching.num_threads", "1"},
+      Counter(progress_, "Matching pair"));
+}
+
+std::vector<fs::path> Colmap::Map(int num_images, MapperEffort effort,
+                                  bool refine_principal_point) {
+  progress_.Start("find camera positions", num_images, "views");
+  const fs::path output = FreshFolder("sparse");
+  std::vector<std::string> arguments = {"--database_path", Database().string(), "--image_path",
+                                        Images().string(), "--output_path",     output.string()};
+  const std::vector<std::string> options = MapperOptions(effort);
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  if (refine_principal_point) {
+    arguments.insert(arguments.end(), {"--Mapper.ba_refine_principal_point", "1"});
+  }
+  const Outcome outcome = Run("mapper", arguments, Counter(progress_, "Registering image"));
+  std::vector<fs::path> models;
+  for (const auto& entry : fs::directory_iterator(output)) {
+    if (entry.is_directory()) models.push_back(entry.path());
+  }
+  std::sort(models.begin(), models.end());
+  if (!outcome.succeeded) progress_.Note("colmap mapper: " + outcome.reason);
+  return models;
+}
+
+fs::path Colmap::Triangulate(const fs::path& input, int num_images) {
+  progress_.Start("triangulate points", num_images, "views");
+  const fs::path output = FreshFolder("triangulated");
+  RunOrThrow(
+      "point_triangulator",
+      {"--database_path", Database().string(), "--image_path", Images().string(), "--input_path",
+       input.string(), "--output_path", output.string(), "--Mapper.num_threads", "1"},
+      Counter(progress_, "Triangulating image"));
+  return output;
+}
+
+}  // namespace lamella

@@ -1,0 +1,70 @@
+// COLMAP 3.8 as a program, on the CPU and without a display. Every step runs on one thread: with
+// more, COLMAP's results differ from run to run.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lightfield/progress.h"
+
+namespace lamella {
+
+// Where the program is; nothing where it is not installed. The first line of its help, e.g.
+// "COLMAP 3.8 -- Structure-from-Motion and Multi-View Stereo".
+std::optional<std::string> FindColmap();
+std::optional<std::string> ColmapVersion();
+// MachineError with the command that installs it.
+std::string RequireColmap();
+
+struct ExtractionOptions {
+  int image_size_px = 1000;  // longer side
+  int features = 2000;       // per image
+  int first_octave = 0;      // -1 doubles the image
+};
+
+// How easily a reconstruction starts and grows: the next is tried where one finds too little.
+enum class MapperEffort {
+  kUsual,    // COLMAP's own thresholds
+  kRelaxed,  // starts from little parallax (near-collinear rigs, far scenes)
+  kLast      // and from few matches
+};
+
+// One reconstruction in a folder of its own: FOLDER/images with safe names, FOLDER/database.db.
+class Colmap {
+ public:
+  Colmap(std::filesystem::path folder, Progress& progress);
+
+  std::filesystem::path Images() const { return folder_ / "images"; }
+  std::filesystem::path Database() const { return folder_ / "database.db"; }
+
+  void ExtractFeatures(int num_images, const ExtractionOptions& options);
+  // Writes the matches of COLMAP's raw list into the database and verifies them geometrically.
+  void ImportMatches(const std::filesystem::path& list, int num_pairs);
+  // The folders of the models that were found; none where there was no pair to start from.
+  std::vector<std::filesystem::path> Map(int num_images, MapperEffort effort,
+                                         bool refine_principal_point);
+  // Triangulates with the cameras of the model in `input` held; the folder of the new model.
+  std::filesystem::path Triangulate(const std::filesystem::path& input, int num_images);
+
+ private:
+  struct Outcome {
+    bool succeeded = false;
+    std::string reason;  // its last line that tells an error
+  };
+  Outcome Run(const std::string& verb, const std::vector<std::string>& arguments,
+              const std::function<void(std::string_view)>& on_line);
+  void RunOrThrow(const std::string& verb, const std::vector<std::string>& arguments,
+                  const std::function<void(std::string_view)>& on_line);
+  std::filesystem::path FreshFolder(const std::string& name);
+
+  std::string program_;
+  std::filesystem::path folder_;
+  Progress& progress_;
+  int attempts_ = 0;
+};
+
+}  // namespace lamella
