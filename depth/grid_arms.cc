@@ -16,11 +16,11 @@ struct Offset {
   int Steps() const { return std::max(std::abs(columns), std::abs(rows)); }
   int Squared() const { return columns * columns + rows * rows; }
   bool OnTheCross() const { return columns == 0 || rows == 0; }
-  // The nearest of 8 directions, from the left upwards around.
-  int Side() const {
+  // The nearest of the directions, from the left upwards around.
+  int Side(int sides) const {
     const double turn = std::atan2(static_cast<double>(-rows), static_cast<double>(-columns)) /
                         (2 * std::numbers::pi);
-    return (static_cast<int>(std::lround(turn * kSides)) + kSides) % kSides;
+    return (static_cast<int>(std::lround(turn * sides)) + sides) % sides;
   }
 };
 
@@ -56,15 +56,12 @@ GridArms ChooseGridArms(const std::vector<View>& views, int reference, int reach
   std::erase_if(others, [&](int v) { return offset(v).Steps() > within; });
   const auto on_cross =
       std::count_if(others.begin(), others.end(), [&](int v) { return offset(v).OnTheCross(); });
-  if (on_cross >= kEnoughOnTheCross)
-    std::erase_if(others, [&](int v) { return !offset(v).OnTheCross(); });
-
-  std::array<std::vector<int>, kSides> sides;
-  for (const int v : others) sides[static_cast<std::size_t>(offset(v).Side())].push_back(v);
-  GridArms arms;
-  for (const std::vector<int>& side : sides) {
-    if (!side.empty()) arms.push_back(Spread(side, per_arm));
-  }
+  const bool cross = on_cross >= kEnoughOnTheCross;
+  if (cross) std::erase_if(others, [&](int v) { return !offset(v).OnTheCross(); });
+  const int sides = cross ? kSides / 2 : kSides;
+  GridArms arms(static_cast<std::size_t>(sides));
+  for (const int v : others) arms[static_cast<std::size_t>(offset(v).Side(sides))].push_back(v);
+  for (std::vector<int>& arm : arms) arm = Spread(arm, per_arm);
   return arms;
 }
 

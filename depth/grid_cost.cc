@@ -357,18 +357,19 @@ void LowerToMean(const std::uint16_t* const* boxes, std::size_t arms, int factor
 
 // Best contiguous half of the arms, as codes of one row.
 void BestHalf(const Job& job, int width, Scratch& scratch, std::uint8_t* HWY_RESTRICT codes) {
-  const std::size_t arms = job.arms.size(), half = (arms + 1) / 2;
+  const std::size_t sides = job.arms.size();
   std::uint16_t* best = scratch.best.data();
   std::fill(best, best + width + kSlack, std::uint16_t{CostVolume::kMaxCost});
-  for (std::size_t first = 0; first < (arms > half ? arms : 1); ++first) {
+  for (std::size_t first = 0; first < sides; ++first) {
     const std::uint16_t* boxes[kMaxArms];
-    std::size_t sources = 0;
-    for (std::size_t i = 0; i < half; ++i) {
-      const std::size_t arm = (first + i) % arms;
-      boxes[i] = scratch.boxes[arm].data();
-      sources += job.arms[arm].size();
+    std::size_t arms = 0, sources = 0;
+    for (std::size_t i = 0; i < sides / 2; ++i) {
+      const std::size_t side = (first + i) % sides;
+      if (job.arms[side].empty()) continue;
+      boxes[arms++] = scratch.boxes[side].data();
+      sources += job.arms[side].size();
     }
-    LowerToMean(boxes, half, kMeanFactor / static_cast<int>(sources), width, best);
+    if (arms > 0) LowerToMean(boxes, arms, kMeanFactor / static_cast<int>(sources), width, best);
   }
   for (int x = 0; x < width; ++x) codes[x] = static_cast<std::uint8_t>(best[x]);
 }
@@ -392,6 +393,7 @@ void CostOfTile(const Job& job, const Tile& tile, Scratch& scratch, CostVolume& 
     for (int i = 0; i < labels; ++i) {
       const double disparity = job.labels.Disparity(first + i);
       for (std::size_t a = 0; a < job.arms.size(); ++a) {
+        if (job.arms[a].empty()) continue;
         scratch.arms[a].values.fill(0);
         for (const GridSource& source : job.arms[a]) {
           AddSource(job, source, disparity, tile, scratch.arms[a], scratch);
@@ -400,6 +402,7 @@ void CostOfTile(const Job& job, const Tile& tile, Scratch& scratch, CostVolume& 
       }
       for (int y = 0; y < tile.rect.height; ++y) {
         for (std::size_t a = 0; a < job.arms.size(); ++a) {
+          if (job.arms[a].empty()) continue;
           BoxRow(scratch.arms[a], y, width, scratch.sums.data() + kMargin, scratch.boxes[a].data());
         }
         BestHalf(job, width, scratch, scratch.codes.data() + (i * kTileRows + y) * kTileColumns);

@@ -1,0 +1,32 @@
+// Making the disparity maps of a camera grid agree.
+#pragma once
+
+#include <vector>
+
+#include "depth/grid_depth.h"
+
+namespace lamella {
+
+struct GridNeighbour {
+  const DisparityMap* map = nullptr;
+  int columns = 0, rows = 0;  // steps from the view that is fused
+};
+
+struct FusionTolerance {
+  double agree_px = 0.15;   // of disparity per step: one surface
+  double merge_px = 0.075;  // averaged
+};
+
+// For each pixel, the candidates are its own disparity and those that the neighbours' maps, warped
+// into this view (nearest pixel, nearest surface), put there. A candidate's score is the number of
+// maps that agree with it where it lies in them, minus the number of views that see through it
+// (their disparity there is smaller); views in which something nearer stands before it are neutral.
+// The pixel's own candidate has half a vote more. The best candidate is averaged with all that are
+// within merge_px of it. Confidence: that of what was averaged, times min(1, agreeing maps / 3).
+DisparityMap FuseGridView(const DisparityMap& own, const std::vector<GridNeighbour>& neighbours,
+                          const FusionTolerance& tolerance);
+
+// Up to eight views around `reference`, at most `reach` steps away, that are fused with it.
+std::vector<int> ChooseFusionViews(const std::vector<View>& views, int reference, int reach);
+
+}  // namespace lamella
