@@ -1,3 +1,74 @@
 #include "depth/estimate.h"
 
-namespace lamella {}  // namespace lamella
+#include <memory>
+
+#include "depth/method.h"
+
+namespace lamella {
+namespace {
+
+bool HasAll(const DepthStore& store, int pass, int num_views) {
+  for (int v = 0; v < num_views; ++v) {
+    if (!store.Has(pass, v)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+OptionTable Describe(DepthOptions& o) {
+  return {
+      "depth",
+      {
+          {"median_radius", "of the colour-weighted median of labels, px; 0: none",
+           &o.median_radius, 0, 5},
+          {"fusion_passes", "times that the views' maps are made to agree", &o.fusion_passes, 0, 4},
+          {"grid_reach", "camera grids: sources are at most so many steps away", &o.grid_reach, 1,
+           64},
+          {"grid_views_per_side", "camera grids: sources on each side of a view",
+           &o.grid_views_per_side, 1, 8},
+          {"grid_color", "camera grids: match colour and gradient, else the gradient alone",
+           &o.grid_color},
+          {"grid_step_px", "camera grids: between two labels at the farthest source, px",
+           &o.grid_step_px, 0.02, 4},
+          {"disparity_min", "camera grids: smallest disparity, px per step; unset: measured",
+           &o.disparity_min},
+          {"disparity_max", "camera grids: largest disparity, px per step; unset: measured",
+           &o.disparity_max},
+      }};
+}
+
+void ApplyQuality(Quality quality, DepthOptions& o) {
+  const bool draft = quality == Quality::kDraft, best = quality == Quality::kBest;
+  o.median_radius = draft ? 2 : 3;
+  o.fusion_passes = draft ? 0 : best ? 2 : 1;
+  o.grid_views_per_side = draft ? 2 : 4;
+  o.grid_color = !draft;
+  o.grid_step_px = draft ? 0.4 : 0.26;
+}
+
+int NumDepthPasses(const ViewSet& set, const DepthOptions& options) {
+  return 1 + (FindRegularGrid(set.views) ? options.fusion_passes : 1);
+}
+
+DepthReport EstimateDepth(const ViewSet& set, const DepthOptions& options, DepthStore& store,
+                          Progress& progress) {
+  const int num_views = static_cast<int>(set.views.size());
+  const int passes = NumDepthPasses(set, options);
+  const std::optional<RegularGrid> grid = FindRegularGrid(set.views);
+  const std::unique_ptr<DepthMethod> method =
+      grid ? MakeGridMethod(set, *grid, options, store) : MakeSweepMethod(set, options, store);
+  progress.Start("depth", static_cast<std::int64_t>(num_views) * passes, "maps");
+  const bool finished = HasAll(store, passes - 1, num_views);
+  for (int pass = 0; pass < passes && !finished; ++pass) {
+    for (int view = 0; view < num_views; ++view) {
+      if (!store.Has(pass, view)) {
+        store.Save(pass, view, pass == 0 ? method->Match(view) : method->Refine(pass, view));
+      }
+      progress.Advance();
+    }
+  }
+  return method->Report();
+}
+
+}  // namespace lamella

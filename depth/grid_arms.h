@@ -7,8 +7,8 @@
 
 namespace lamella {
 
-// Sources by the side of the reference on which they lie, going around it; no side is empty. Each
-// side's views are in order of distance.
+// Sources by the side of the reference on which they lie, 4 or 8 sides going around it, some of
+// them empty. Each side's views are in order of distance.
 using GridArms = std::vector<std::vector<int>>;
 
 // Sources at most `reach` steps away in row and in column (or as near as the nearest view is, where

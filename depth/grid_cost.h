@@ -47,7 +47,7 @@ struct GridSource {
   const GridImage* image = nullptr;
   int columns = 0, rows = 0;  // steps from the reference
 };
-using GridArm = std::vector<GridSource>;  // 1 to kMaxArmSources sources on one side
+using GridArm = std::vector<GridSource>;  // up to kMaxArmSources sources on one side
 constexpr int kMaxArmSources = 8;
 constexpr int kMaxArms = 8;
 
@@ -57,8 +57,8 @@ struct DisparityLabels {
   double Disparity(double label) const { return first + step * label; }
 };
 
-// Costs are 6 times the mean sample, saturated. `arms` go around the reference in order; all images
-// have one size and the same planes.
+// Costs are 6 times the mean sample, saturated. `arms` (4 or 8, some may be empty) go around the
+// reference in order; all images have one size and the same planes.
 CostVolume GridCost(const GridImage& reference, const std::vector<GridArm>& arms,
                     const DisparityLabels& labels);
 

@@ -12,6 +12,7 @@ namespace {
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
 constexpr float kOwnBonus = 0.5F;
 constexpr float kSureAgreement = 3;  // maps
+constexpr std::size_t kMaxFusionViews = 8;
 
 // What a neighbour's map puts at each pixel of the fused view; kNothing where that is nothing.
 DisparityMap Warp(const GridNeighbour& from) {
@@ -124,11 +125,31 @@ DisparityMap FuseGridView(const DisparityMap& own, const std::vector<GridNeighbo
 }
 
 std::vector<int> ChooseFusionViews(const std::vector<View>& views, int reference, int reach) {
-  // One on each side, the farthest within reach.
-  std::vector<int> chosen;
-  for (const std::vector<int>& arm : ChooseGridArms(views, reference, reach, 1)) {
-    chosen.push_back(arm.front());
+  const GridPosition at = *views[static_cast<std::size_t>(reference)].grid;
+  struct Other {
+    int view, rows, columns;
+    int Steps() const { return std::max(std::abs(rows), std::abs(columns)); }
+    int Squared() const { return rows * rows + columns * columns; }
+  };
+  std::vector<Other> others;
+  int nearest = std::numeric_limits<int>::max(), farthest = 0;
+  for (int v = 0; v < static_cast<int>(views.size()); ++v) {
+    const GridPosition p = *views[static_cast<std::size_t>(v)].grid;
+    const Other other{v, p.row - at.row, p.column - at.column};
+    if (other.Steps() == 0) continue;
+    others.push_back(other);
+    nearest = std::min(nearest, other.Steps());
+    farthest = std::max(farthest, other.Steps());
   }
+  // The full spacing, but not so wide that it leaves the grid.
+  const int spacing = std::max(nearest, std::min(reach, (farthest + 1) / 2));
+  std::erase_if(others,
+                [&](const Other& o) { return o.rows % spacing != 0 || o.columns % spacing != 0; });
+  std::stable_sort(others.begin(), others.end(),
+                   [](const Other& a, const Other& b) { return a.Squared() < b.Squared(); });
+  if (others.size() > kMaxFusionViews) others.resize(kMaxFusionViews);
+  std::vector<int> chosen;
+  for (const Other& other : others) chosen.push_back(other.view);
   return chosen;
 }
 

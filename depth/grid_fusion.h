@@ -26,7 +26,8 @@ struct FusionTolerance {
 DisparityMap FuseGridView(const DisparityMap& own, const std::vector<GridNeighbour>& neighbours,
                           const FusionTolerance& tolerance);
 
-// Up to eight views around `reference`, at most `reach` steps away, that are fused with it.
+// The views that `reference` is fused with: the eight nearest of those that lie `reach` steps apart
+// from it and from each other (less where the grid is smaller).
 std::vector<int> ChooseFusionViews(const std::vector<View>& views, int reference, int reach);
 
 }  // namespace lamella

@@ -17,6 +17,8 @@ class Recent {
   Recent(std::size_t capacity, std::function<T(int index)> make)
       : capacity_(std::max<std::size_t>(capacity, 1)), make_(std::move(make)) {}
 
+  void Clear() { entries_.clear(); }
+
   std::shared_ptr<const T> Get(int index) {
     const auto found = std::find_if(entries_.begin(), entries_.end(),
                                     [&](const Entry& entry) { return entry.first == index; });
