@@ -1,0 +1,154 @@
+// The stage depth: W/depth/NAME.exr and points.ply from W/poses.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "depth/estimate.h"
+#include "lightfield/atomic_file.h"
+#include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
+#include "pipeline/depth_record.h"
+#include "pipeline/poses_record.h"
+#include "pipeline/stages.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMaxPoints = 1'000'000;
+constexpr float kPointConfidence = 0.25F;        // pixels that are less sure give no point
+constexpr const char* kPassesFolder = "passes";  // maps before the last pass; removed at the end
+
+class FileStore final : public DepthStore {
+ public:
+  FileStore(const ViewSet& set, const StageRun& run, int num_passes)
+      : set_(set), run_(run), num_passes_(num_passes) {
+    for (int pass = 0; pass + 1 < num_passes; ++pass)
+      CreateFolder((run.folder() / File(pass, 0)).parent_path());
+  }
+  Image<Rgb8> Photograph(int view) override { return ReadSrgb8(ViewAt(view).image); }
+  bool Has(int pass, int view) const override { return run_.Finished(File(pass, view)); }
+  DepthMap Load(int pass, int view) override {
+    return LoadDepthMap(run_.folder() / File(pass, view));
+  }
+  void Save(int pass, int view, const DepthMap& map) override {
+    SaveDepthMap(run_.folder() / File(pass, view), map);
+  }
+  DepthMap Result(int view) { return Load(num_passes_ - 1, view); }
+
+ private:
+  const View& ViewAt(int view) const { return set_.views[static_cast<std::size_t>(view)]; }
+  std::string File(int pass, int view) const {
+    const std::string name = ViewAt(view).name + ".exr";
+    return pass + 1 == num_passes_ ? name : fmt::format("{}/{}/{}", kPassesFolder, pass, name);
+  }
+  const ViewSet& set_;
+  const StageRun& run_;
+  int num_passes_;
+};
+
+// What a finished map is counted for.
+struct MapCounts {
+  std::int64_t pixels = 0, known = 0, infinite = 0;
+  double confidence = 0;  // sum over known pixels
+  std::vector<ColoredPoint> points;
+};
+
+// Known pixels of finite depth, every n-th so that there are at most `most`.
+std::vector<ColoredPoint> SamplePoints(const View& view, const DepthMap& map,
+                                       const Image<Rgb8>& photo, std::size_t most) {
+  const int width = map.depth.width(), height = map.depth.height();
+  const auto usable = [&](std::size_t i) {
+    const float z = map.depth.data()[i];
+    return z > 0 && std::isfinite(z) && map.confidence.data()[i] >= kPointConfidence;
+  };
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < map.depth.size(); ++i) count += usable(i);
+  const std::size_t step = std::max<std::size_t>(1, (count + most - 1) / most);
+  const Rigid world_from_camera = Inverse(view.camera_from_world);
+  const double sx = static_cast<double>(view.camera.width) / width,
+               sy = static_cast<double>(view.camera.height) / height;
+  std::vector<ColoredPoint> points;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < map.depth.size(); ++i) {
+    if (!usable(i) || next++ % step != 0) continue;
+    const Eigen::Vector2d pixel(
+        (static_cast<double>(i % static_cast<std::size_t>(width)) + 0.5) * sx,
+        (static_cast<double>(i / static_cast<std::size_t>(width)) + 0.5) * sy);
+    const std::optional<Eigen::Vector3d> ray = Unproject(view.camera, pixel);
+    if (!ray) continue;
+    const int u = std::min(static_cast<int>(pixel.x()), photo.width() - 1);
+    const int v = std::min(static_cast<int>(pixel.y()), photo.height() - 1);
+    points.push_back(
+        {world_from_camera * (static_cast<double>(map.depth.data()[i]) * *ray), photo(u, v)});
+  }
+  return points;
+}
+
+std::vector<MapCounts> CountMaps(const ViewSet& set, FileStore& store) {
+  std::vector<MapCounts> counts(set.views.size());
+  const std::size_t most =
+      std::max<std::size_t>(1, kMaxPoints / std::max<std::size_t>(1, counts.size()));
+  ParallelForEach(0, static_cast<std::int64_t>(counts.size()), [&](std::int64_t v) {
+    const int view = static_cast<int>(v);
+    MapCounts& count = counts[static_cast<std::size_t>(v)];
+    const DepthMap map = store.Result(view);
+    for (std::size_t i = 0; i < map.depth.size(); ++i) {
+      const float z = map.depth.data()[i];
+      ++count.pixels;
+      count.known += z > 0;
+      count.infinite += std::isinf(z);
+      count.confidence += static_cast<double>(map.confidence.data()[i]);
+    }
+    count.points =
+        SamplePoints(set.views[static_cast<std::size_t>(v)], map, store.Photograph(view), most);
+  });
+  return counts;
+}
+
+StageReport Summarise(DepthReport estimate, const ViewSet& set,
+                      const std::vector<MapCounts>& counts) {
+  StageReport report{std::move(estimate.summary), std::move(estimate.warnings), ""};
+  MapCounts total;
+  for (std::size_t v = 0; v < counts.size(); ++v) {
+    total.pixels += counts[v].pixels;
+    total.known += counts[v].known;
+    total.infinite += counts[v].infinite;
+    total.confidence += counts[v].confidence;
+    if (counts[v].known == 0) report.warnings.push_back(set.views[v].name + ": no depth was found");
+  }
+  const auto percent = [&](std::int64_t part, std::int64_t whole) {
+    return fmt::format(
+        "{:.2f} %",
+        whole > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0);
+  };
+  report.summary.emplace_back("views", fmt::format("{}", counts.size()));
+  report.summary.emplace_back("known", percent(total.known, total.pixels));
+  report.summary.emplace_back("at infinity", percent(total.infinite, total.pixels));
+  report.summary.emplace_back(
+      "mean confidence",
+      fmt::format("{:.3f}",
+                  total.known > 0 ? total.confidence / static_cast<double>(total.known) : 0.0));
+  return report;
+}
+
+}  // namespace
+
+StageReport RunDepth(const Workspace& workspace, const DepthOptions& options, StageRun& run,
+                     Progress& progress) {
+  const ViewSet set = LoadViewSet(workspace);
+  FileStore store(set, run, NumDepthPasses(set, options));
+  DepthReport estimate = EstimateDepth(set, options, store, progress);
+  const std::vector<MapCounts> counts = CountMaps(set, store);
+  std::vector<ColoredPoint> points;
+  for (const MapCounts& count : counts)
+    points.insert(points.end(), count.points.begin(), count.points.end());
+  SavePoints(run.folder() / "points.ply", points);
+  std::error_code ignored;
+  fs::remove_all(run.folder() / kPassesFolder, ignored);
+  return Summarise(std::move(estimate), set, counts);
+}
+
+}  // namespace lamella
