@@ -41,6 +41,11 @@ struct LayerImages {
   double seen_share = 0;  // of all display rays, weighted by footprint
 };
 
+// The mean coverage of the rays that pass a rectangle in the middle of z = 0, over all emitters
+// that have a ray (all rays have one footprint).
+double SeenShare(const LayerImages& images, const Display& display, double width_mm,
+                 double height_mm);
+
 // `source` is placed: it answers in the display's frame.
 LayerImages Distribute(const RaySource& source, const Display& display,
                        const LayersOptions& options, Progress& progress);

@@ -1,0 +1,65 @@
+// The prefilter as exact overlaps (displays.md section 1.3): how much of an emitter's beam falls
+// into each cell of the lattice on which the scene is asked.
+//
+// On one axis a line is a point of the plane (position, aim): where it crosses a plane parallel to
+// the layers, and where it goes: the point it meets on the eye plane z = D (with shear), or its
+// slope (without). A beam, all lines from an emitter through an opening, is a parallelogram there.
+// The scene is asked at nodes: a node is an aim, its cell the strip of aims around it, its samples
+// are the intervals of positions. Weight of a sample = area of beam, strip and interval / area of
+// beam.
+#pragma once
+
+#include <vector>
+
+#include "lightfield/ray_map.h"
+
+namespace lamella {
+
+// Centres first + k step, 0 <= k < count: mm on the eye plane, or slopes dx/dz. Rows are counted
+// downwards and have their coordinate, -y, running the same way.
+struct NodeAxis {
+  double first = 0, step = 0;
+  int count = 0;
+  double Centre(int k) const { return first + k * step; }
+};
+
+// Samples on z = 0: sample j spans [origin + j size, origin + (j + 1) size], mm; j may be negative.
+struct SampleAxis {
+  double origin_mm = 0, size_mm = 0;
+};
+
+// The part of a beam that falls into one node's cell.
+struct Overlap {
+  int slot = 0, emitter = 0;
+  int first_sample = 0;
+  int num_samples = 0;
+  std::size_t weights = 0;  // index of its num_samples weights in AxisOverlaps::weights
+};
+
+// Of one axis of one layer. An emitter's weights sum to 1 over all nodes.
+struct AxisOverlaps {
+  std::vector<std::vector<Overlap>> nodes;  // by slot, then emitter
+  std::vector<float> weights;
+};
+
+enum class Axis { kColumns, kRows };
+
+// The lines of an axis, and where the two families of layers and nodes stand.
+struct AimPlane {
+  bool points = true;      // aims are points of z = distance_mm; else slopes
+  double distance_mm = 0;  // D
+};
+
+// Smallest and largest aim of any beam.
+struct AimRange {
+  double min = 0, max = 0;
+};
+AimRange AimsOf(const RayMap& map, Axis axis, const AimPlane& aim);
+
+// `content_mm`: the plane on which a beam's line and the node's ray that stands for it cross. Exact
+// for content there; elsewhere a line is off by at most half a cell's parallax, and by none on
+// average over the cell.
+AxisOverlaps OverlapsOf(const RayMap& map, Axis axis, const AimPlane& aim, double content_mm,
+                        const NodeAxis& nodes, const SampleAxis& samples);
+
+}  // namespace lamella

@@ -1,0 +1,329 @@
+// Distribution against many rays a beam, and the display seen by a simulated eye against the scene.
+#include "distribute/distribute.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "distribute/displays.h"
+#include "distribute/simulate_eye.h"
+#include "lightfield/error.h"
+#include "lightfield/parallel.h"
+#include "tests/reference/distribute_reference.h"
+
+namespace lamella {
+namespace {
+
+constexpr double kEverywhere = 1e9;
+
+// Waves of up to `finest` cycles/mm, between 0.1 and 0.9.
+std::function<Rgb(double, double)> Waves(double finest) {
+  return [finest](double x, double y) {
+    const auto wave = [&](double f, double angle, double phase) {
+      return std::cos(2 * M_PI * f * (x * std::cos(angle) + y * std::sin(angle)) + phase);
+    };
+    const double a = wave(finest, 0.3, 1), b = wave(finest * 0.6, 1.9, 2), c = wave(0.1, 1.2, 0);
+    return Rgb{static_cast<float>(0.5 + 0.13 * (a + b + c)),
+               static_cast<float>(0.5 + 0.2 * (b - c)), static_cast<float>(0.5 + 0.2 * a)};
+  };
+}
+
+Rectangle Plane(double z, std::function<Rgb(double, double)> color) {
+  return {z, -kEverywhere, kEverywhere, -kEverywhere, kEverywhere, std::move(color)};
+}
+
+std::function<Rgb(double, double)> Constant(float value) {
+  return [value](double, double) { return Rgb{value, value, value}; };
+}
+
+Display Small(const std::string& name, int width, int height) {
+  Display display = FindDisplay(name);
+  display.width_px = width;
+  display.height_px = height;
+  return display;
+}
+
+LayersOptions Options(int nodes_per_step, int samples_per_pixel) {
+  LayersOptions options;
+  options.nodes_per_step = nodes_per_step;
+  options.samples_per_pixel = samples_per_pixel;
+  return options;
+}
+
+struct Agreement {
+  const char* display;
+  double z;
+  int nodes, samples;
+  double least_db;
+};
+
+class Reference : public ::testing::TestWithParam<Agreement> {};
+
+TEST_P(Reference, AgreesWithManyRaysABeam) {
+  const Agreement& p = GetParam();
+  const Display display = Small(p.display, 48, 24);
+  AnalyticScene scene;
+  scene.rectangles = {Plane(p.z, Waves(0.4))};
+  const LayerImages images =
+      Distribute(scene, display, Options(p.nodes, p.samples), SilentProgress());
+  for (int layer = 0; layer < static_cast<int>(display.layers.size()); ++layer) {
+    if (ReferenceWeight(display, layer, p.z) == 0) continue;
+    const EmitterImage truth = ReferenceEmitters(scene, display, layer, 5, 6);
+    const EmitterImage& image = images.slots[static_cast<std::size_t>(layer)][5];
+    EXPECT_GE(EmitterPsnr(image, truth), p.least_db) << "layer " << layer;
+    for (std::size_t i = 0; i < truth.coverage.size(); ++i) {
+      EXPECT_NEAR(image.coverage.data()[i], truth.coverage.data()[i], 1e-5F);
+    }
+  }
+}
+
+// What a display shows of such planes is 20 to 40 dB from the planes themselves.
+INSTANTIATE_TEST_SUITE_P(Planes, Reference,
+                         ::testing::Values(Agreement{"paper-two-layer", -20, 1, 1, 38},
+                                           Agreement{"paper-two-layer", -10, 1, 1, 48},
+                                           Agreement{"paper-two-layer", 0, 1, 1, 43},
+                                           Agreement{"paper-two-layer", 6, 1, 1, 46},
+                                           Agreement{"paper-two-layer", 20, 1, 1, 43},
+                                           Agreement{"paper-two-layer", 6, 2, 2, 58},
+                                           Agreement{"paper-two-layer", -20, 2, 2, 49},
+                                           Agreement{"paper-two-layer", -20, 4, 4, 57},
+                                           Agreement{"paper-two-layer-half", 3, 1, 1, 38},
+                                           Agreement{"paper-two-layer-half", 3, 4, 4, 56},
+                                           Agreement{"paper-one-layer", -4, 2, 2, 56}));
+
+TEST(Distribute, AgreesWithManyRaysWhereThingsHideOthers) {
+  const Display display = Small("paper-two-layer", 48, 30);
+  AnalyticScene scene;
+  scene.rectangles = {
+      Plane(-12, Waves(0.3)), {9, -3, 2, -1, 4, Waves(0.4)}, {-1, 1, 6, -3, 2, Constant(0.9F)}};
+  const LayerImages draft = Distribute(scene, display, Options(1, 1), SilentProgress());
+  const LayerImages fine = Distribute(scene, display, Options(4, 4), SilentProgress());
+  for (int layer = 0; layer < 2; ++layer) {
+    const EmitterImage truth = ReferenceEmitters(scene, display, layer, 4, 6);
+    EXPECT_GE(EmitterPsnr(draft.slots[static_cast<std::size_t>(layer)][4], truth), 27);
+    EXPECT_GE(EmitterPsnr(fine.slots[static_cast<std::size_t>(layer)][4], truth), 40);
+  }
+}
+
+TEST(Distribute, AgreesWithManyRaysWithoutShear) {
+  Display display = Small("paper-two-layer", 48, 24);
+  display.shear = false;
+  AnalyticScene scene;
+  scene.rectangles = {Plane(7, Waves(0.4))};
+  const LayerImages images = Distribute(scene, display, Options(2, 2), SilentProgress());
+  EXPECT_GE(EmitterPsnr(images.slots[1][3], ReferenceEmitters(scene, display, 1, 3, 6)), 56);
+}
+
+TEST(Distribute, GivesTheWholeLightOfAPlaneToItsLayersTogether) {
+  const Display display = Small("paper-two-layer", 48, 36);
+  for (const double z : {-25.0, -1.5, 0.0, 0.7, 2.0, 30.0}) {
+    AnalyticScene scene;
+    scene.rectangles = {Plane(z, Constant(0.7F))};
+    const LayerImages images = Distribute(scene, display, Options(1, 1), SilentProgress());
+    for (int slot = 0; slot < 9; ++slot) {
+      const Image<Rgb>& back = images.slots[0][static_cast<std::size_t>(slot)].color;
+      const Image<Rgb>& front = images.slots[1][static_cast<std::size_t>(slot)].color;
+      EXPECT_NEAR(back(20, 15).g + front(20, 15).g, 0.7F, 1e-6F);
+      EXPECT_NEAR(back(20, 15).g, 0.7 * ReferenceWeight(display, 0, z), 1e-6);
+    }
+  }
+}
+
+TEST(Distribute, TellsShadowsFromTheUnknown) {
+  const Display display = Small("paper-two-layer", 90, 60);
+  AnalyticScene scene;  // an occluder in the front layer before a plane that ends at x = 0
+  scene.rectangles = {{-10, -kEverywhere, 0, -kEverywhere, kEverywhere, Constant(1)},
+                      {10, -10, -2, -9, 9, Constant(0.5F)}};
+  scene.background_known = false;
+  const LayerImages images = Distribute(scene, display, Options(1, 1), SilentProgress());
+  const EmitterImage& emitters = images.slots[0][4];
+  const RayMap back(display, 0);
+  int shadows = 0, unknown = 0, seen = 0, partly = 0;
+  for (int column = 0; column < 90; ++column) {
+    const auto x = back.Column(1, column);
+    if (!x) continue;
+    // The beam is 0.6 mm wide in the back layer and 4.4 mm in the front one.
+    const double at_front = x->At(20), at_back = x->At(0);
+    const Rgb color = emitters.color(column, 30);
+    const float coverage = emitters.coverage(column, 30);
+    if (at_front > -7.5 && at_front < -4.5) {  // surely behind the occluder
+      ++shadows;
+      EXPECT_NEAR(color.g, 0, 1e-6F);
+      EXPECT_NEAR(coverage, 1, 1e-6F);
+    } else if (at_back > 0.5 && at_front > 0.7) {  // beside everything
+      ++unknown;
+      EXPECT_EQ(color, Rgb());
+      EXPECT_EQ(coverage, 0);
+    } else if (at_back < -0.5 && at_front > 0.7) {
+      ++seen;
+      EXPECT_NEAR(color.g, 1, 1e-5F);
+    } else if (coverage > 0 && coverage < 1 && at_front > 0.7) {
+      ++partly;
+      EXPECT_NEAR(color.g, 1, 1e-3F);  // the known part's colour, not darkened by the unknown
+    }
+  }
+  EXPECT_GT(std::min({shadows, unknown, seen, partly}), 0);
+  EXPECT_GT(images.seen_share, 0.3);
+  EXPECT_LT(images.seen_share, 0.7);
+}
+
+// Counts what it is asked.
+class Counter final : public RaySource {
+ public:
+  void Query(const RayBundle&, const Rect& rect, ImageSpan<RaySample> samples) const override {
+    ++queries;
+    rays += static_cast<double>(rect.width) * rect.height;
+    for (int y = 0; y < samples.height; ++y) {
+      for (int x = 0; x < samples.width; ++x) samples(x, y) = sample;
+    }
+  }
+  RaySample sample;
+  mutable int queries = 0;
+  mutable double rays = 0;
+};
+
+TEST(Distribute, AsksOnceForAllLayersAndSlotsAndNoMoreThanIsNeeded) {
+  const Counter source;
+  Distribute(source, Small("paper-two-layer", 180, 120), Options(1, 1), SilentProgress());
+  EXPECT_LE(source.queries, 100);
+  EXPECT_LE(source.rays / source.queries, 190 * 130);
+}
+
+TEST(Distribute, TakesLightThatIsNotFiniteAsUnknown) {
+  for (const float light : {std::nanf(""), INFINITY, -INFINITY}) {
+    Counter source;
+    source.sample.color = {0, light, 0};
+    source.sample.coverage = 1;
+    const LayerImages images =
+        Distribute(source, Small("paper-one-layer", 24, 18), Options(1, 1), SilentProgress());
+    EXPECT_EQ(images.seen_share, 0);
+    EXPECT_EQ(images.slots[0][4].color(12, 9), Rgb());
+  }
+  Counter source;
+  source.sample.coverage = 1;
+  source.sample.z = std::nanf("");
+  source.sample.color = {1e8F, 1e-8F, 0};
+  const LayerImages images =
+      Distribute(source, Small("paper-two-layer", 24, 18), Options(1, 1), SilentProgress());
+  EXPECT_TRUE(std::isfinite(images.slots[1][4].color(12, 9).r));
+  EXPECT_TRUE(std::isfinite(images.slots[0][4].color(12, 9).r));
+}
+
+TEST(Distribute, DoesNotDependOnTheNumberOfThreads) {
+  const Display display = Small("paper-two-layer", 120, 120);
+  AnalyticScene scene;
+  scene.rectangles = {Plane(-12, Waves(0.3)), {9, -3, 2, -1, 4, Waves(0.4)}};
+  const auto run = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return Distribute(scene, display, Options(1, 1), SilentProgress());
+  };
+  const LayerImages one = run(1), two = run(2);
+  for (std::size_t layer = 0; layer < 2; ++layer) {
+    for (std::size_t slot = 0; slot < 9; ++slot) {
+      const Image<Rgb>&a = one.slots[layer][slot].color, &b = two.slots[layer][slot].color;
+      EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(Rgb)), 0);
+    }
+  }
+}
+
+// Eyes at some places see the display; the scene is seen from there directly.
+double SeenPsnr(const AnalyticScene& scene, const Display& display, const LayerImages& images,
+                const Eigen::Vector3d& position) {
+  Eye eye;
+  eye.position = position;
+  eye.pixel_mm = display.pitch_mm;
+  eye.width = display.width_px - 40;
+  eye.height = display.height_px - 40;
+  eye.left_mm = -eye.width * eye.pixel_mm / 2;
+  eye.top_mm = eye.height * eye.pixel_mm / 2;
+  const EyePicture seen = SimulateEye(images, display, eye, 3);
+  const RayBundle rays = BundleOfEye(eye, 3);
+  double sum = 0;
+  for (int y = 0; y < eye.height; ++y) {
+    for (int x = 0; x < eye.width; ++x) {
+      double direct = 0;
+      for (int i = 0; i < 9; ++i) {
+        const RaySample sample = scene.Trace(rays.RayAt(3 * x + i % 3 + 0.5, 3 * y + i / 3 + 0.5));
+        direct += static_cast<double>(sample.color.g) / 9;
+      }
+      sum += std::pow(direct - static_cast<double>(seen.color(x, y).g), 2);
+    }
+  }
+  return 10 * std::log10(eye.width * eye.height / sum);
+}
+
+TEST(Distribute, ShowsEyesTheSceneWithItsParallax) {
+  const Display display = Small("paper-two-layer", 240, 180);
+  AnalyticScene scene;  // both in emissive planes, where pinhole layers are sharpest
+  scene.rectangles = {Plane(-15, Waves(0.4)), {5, -8, 4, -5, 6, Waves(0.4)}};
+  const LayerImages images = Distribute(scene, display, Options(1, 1), SilentProgress());
+  for (const double x : {-54.0, 0.0, 27.0}) {
+    EXPECT_GE(SeenPsnr(scene, display, images, {x, 0.4 * x, 600}), 25) << x;
+  }
+  // An eye on the other side sees something else.
+  AnalyticScene mirrored;
+  mirrored.rectangles = {Plane(15, Waves(0.4)), {-5, -8, 4, -5, 6, Waves(0.5)}};
+  EXPECT_LT(SeenPsnr(mirrored, display, images, {54, 20, 600}), 20);
+}
+
+TEST(Distribute, ShowsAPlaneInEitherLayerSharply) {
+  const Display display = Small("paper-two-layer", 144, 108);
+  for (const double z : {-14.0, 6.0}) {
+    AnalyticScene scene;
+    scene.rectangles = {Plane(z, Waves(0.4))};
+    const LayerImages images = Distribute(scene, display, Options(1, 2), SilentProgress());
+    EXPECT_GE(SeenPsnr(scene, display, images, {20, -30, 600}), 36) << z;
+  }
+}
+
+TEST(Distribute, HoldsAtTheExtremesOfDisplays) {
+  AnalyticScene scene;
+  scene.rectangles = {Plane(0, Constant(0.5F))};
+  std::vector<Display> displays;
+  Display display = Small("paper-one-layer", 24, 24);
+  display.layers[0].barrier = {1, 1, 1};  // every emitter behind its own opening
+  displays.push_back(display);
+  display = Small("paper-two-layer", 24, 24);
+  display.layers[0].position_mm = 10 - 1e-6;
+  display.border_mm = 1e-7;
+  displays.push_back(display);
+  display = Small("paper-two-layer", 24, 24);
+  display.layers[0].d0_mm = 0.05;  // another gap than the front layer's: 173 degrees
+  displays.push_back(display);
+  display = Small("paper-two-layer", 24, 24);
+  display.viewing_distance_mm = 15.001;
+  displays.push_back(display);
+  display = Small("paper-one-layer", 24, 24);
+  display.layers.assign(64, display.layers[0]);
+  for (std::size_t i = 0; i < 64; ++i) display.layers[i].position_mm = static_cast<double>(i) - 32;
+  displays.push_back(display);
+  display = Small("paper-one-layer", 6, 2);  // one opening in one slot
+  displays.push_back(display);
+  for (const Display& d : displays) {
+    Check(d, "test");
+    const LayerImages images = Distribute(scene, d, Options(1, 1), SilentProgress());
+    EXPECT_GT(images.seen_share, 0.99);
+    for (std::size_t layer = 0; layer < d.layers.size(); ++layer) {
+      for (const EmitterImage& image : images.slots[layer]) {
+        const double weight = ReferenceWeight(d, static_cast<int>(layer), 0);
+        for (std::size_t i = 0; i < image.color.size(); ++i) {
+          if (image.coverage.data()[i] == 0) continue;
+          EXPECT_NEAR(static_cast<double>(image.color.data()[i].g), 0.5 * weight, 1e-5);
+        }
+      }
+    }
+  }
+}
+
+TEST(Distribute, RefusesABorderWiderThanTheSpacing) {
+  LayersOptions options = Options(1, 1);
+  options.border_mm = 20.5;
+  EXPECT_THROW(Distribute(Counter(), Small("paper-two-layer", 24, 24), options, SilentProgress()),
+               Error);
+}
+
+}  // namespace
+}  // namespace lamella

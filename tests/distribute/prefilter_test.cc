@@ -1,0 +1,131 @@
+// The overlaps against counting: lines drawn from beams and sorted into cells one by one.
+#include "distribute/prefilter.h"
+
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "distribute/displays.h"
+
+namespace lamella {
+namespace {
+
+Display Small(bool shear) {
+  Display display = FindDisplay("paper-two-layer");
+  display.width_px = 120;
+  display.height_px = 96;
+  display.shear = shear;
+  return display;
+}
+
+struct Setting {
+  bool shear;
+  int layer;
+  double content_mm;
+  Axis axis;
+};
+
+class Overlaps : public ::testing::TestWithParam<Setting> {};
+
+// Share of an emitter's lines that fall into each (node, sample), by a fine grid of lines.
+std::map<std::pair<int, int>, double> Count(const AxisBeam& beam, const RayMap& map, double sign,
+                                            const AimPlane& aim, double content,
+                                            const NodeAxis& nodes, const SampleAxis& samples) {
+  constexpr int kLines = 1000;
+  std::map<std::pair<int, int>, double> shares;
+  for (int i = 0; i < kLines; ++i) {
+    for (int j = 0; j < kLines; ++j) {
+      const double x = sign * beam.element_mm + ((i + 0.5) / kLines - 0.5) * beam.aperture_mm;
+      const double u = sign * beam.emitter_mm + ((j + 0.5) / kLines - 0.5) * beam.emitter_width_mm;
+      const double slope = (x - u) / map.d0_mm();
+      const double towards = aim.points ? x + slope * (aim.distance_mm - map.position_mm()) : slope;
+      const int node = static_cast<int>(std::floor((towards - nodes.first) / nodes.step + 0.5));
+      const double at_content = x + slope * (content - map.position_mm());
+      const double centre = nodes.Centre(node);
+      // The node's ray through the same point of the content plane, where it meets z = 0.
+      const double node_slope =
+          aim.points ? (centre - at_content) / (aim.distance_mm - content) : centre;
+      const double reference = at_content - content * node_slope;
+      const int sample =
+          static_cast<int>(std::floor((reference - samples.origin_mm) / samples.size_mm));
+      shares[{node, sample}] += 1.0 / kLines / kLines;
+    }
+  }
+  return shares;
+}
+
+TEST_P(Overlaps, AreTheSharesOfTheBeamsLines) {
+  const auto [shear, layer, content, axis] = GetParam();
+  const Display display = Small(shear);
+  const RayMap map(display, layer);
+  const AimPlane aim{shear, 600};
+  const AimRange range = AimsOf(map, axis, aim);
+  const double step = display.pitch_mm / 5 * (shear ? 600 : 1);
+  const NodeAxis nodes{range.min, step, static_cast<int>((range.max - range.min) / step) + 2};
+  const SampleAxis samples{-30.3, 0.29};
+  const AxisOverlaps overlaps = OverlapsOf(map, axis, aim, content, nodes, samples);
+  for (const auto& [slot, index] : {std::pair(0, 20), std::pair(1, 3), std::pair(2, 90)}) {
+    const auto beam = axis == Axis::kColumns ? map.Column(slot, index) : map.Row(slot, index);
+    ASSERT_TRUE(beam);
+    std::map<std::pair<int, int>, double> weights;
+    for (int node = 0; node < nodes.count; ++node) {
+      for (const Overlap& overlap : overlaps.nodes[static_cast<std::size_t>(node)]) {
+        if (overlap.slot != slot || overlap.emitter != index) continue;
+        for (int i = 0; i < overlap.num_samples; ++i) {
+          weights[{node, overlap.first_sample + i}] =
+              static_cast<double>(overlaps.weights[overlap.weights + static_cast<std::size_t>(i)]);
+        }
+      }
+    }
+    const double sign = axis == Axis::kColumns ? 1 : -1;
+    double sum = 0;
+    for (const auto& [cell, share] : Count(*beam, map, sign, aim, content, nodes, samples)) {
+      EXPECT_NEAR(weights[cell], share, 2e-3) << cell.first << " " << cell.second;
+    }
+    for (const auto& [cell, weight] : weights) sum += weight;
+    EXPECT_NEAR(sum, 1, 1e-6);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Settings, Overlaps,
+                         ::testing::Values(Setting{true, 0, -10, Axis::kColumns},
+                                           Setting{true, 1, 10, Axis::kRows},
+                                           Setting{true, 1, 6, Axis::kColumns},
+                                           Setting{false, 0, -10, Axis::kColumns},
+                                           Setting{false, 1, 3, Axis::kRows}));
+
+TEST(OverlapsOf, GivesEveryEmitterWithABeamAWeightOfOne) {
+  for (const bool shear : {false, true}) {
+    const Display display = Small(shear);
+    const RayMap map(display, 0);
+    const AimPlane aim{shear, 600};
+    const AimRange range = AimsOf(map, Axis::kColumns, aim);
+    const double step = (range.max - range.min) / 7.3;
+    const AxisOverlaps overlaps =
+        OverlapsOf(map, Axis::kColumns, aim, -10, {range.min + step / 2, step, 8}, {0, 0.3113});
+    std::map<std::pair<int, int>, double> sums;
+    for (const std::vector<Overlap>& node : overlaps.nodes) {
+      for (const Overlap& o : node) {
+        for (int i = 0; i < o.num_samples; ++i) {
+          const float weight = overlaps.weights[o.weights + static_cast<std::size_t>(i)];
+          EXPECT_GE(weight, 0);
+          sums[{o.slot, o.emitter}] += static_cast<double>(weight);
+        }
+      }
+    }
+    for (int slot = 0; slot < 3; ++slot) {
+      for (int column = 0; column < map.columns(); ++column) {
+        const bool has_beam = map.Column(slot, column).has_value();
+        EXPECT_EQ((sums.count({slot, column})), has_beam ? 1U : 0U);
+        if (has_beam) {
+          EXPECT_NEAR((sums[{slot, column}]), 1, 1e-6);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lamella
