@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "lightfield/depth_map.h"
@@ -16,8 +17,9 @@ namespace lamella {
 struct RenderOptions {
   int views = 4;               // K: inputs that are blended
   int maps = 3;                // n_f: depth maps that are warped to find a ray's depth
-  double visibility_px = 0.4;  // sv: softness of the visibility test, px of disparity per neighbour
+  double visibility_px = 0.5;  // sv: softness of the visibility test, px of disparity per neighbour
   std::string filter = "catmull_rom";  // or "bilinear"
+  std::string exposure = "auto";  // equalise the views' exposures: auto (photographs only), on, off
 };
 
 OptionTable Describe(RenderOptions& options);
@@ -29,6 +31,10 @@ struct DepthView {
   DepthMap depth;    // may be smaller than the camera's size (then its camera is Resized)
 };
 
+// The views are blended with depth-aware visibility. A sample's coverage is the share of its ray's
+// footprint that a view saw: its depth says that the ray's point lies on the surface it shows
+// there. Rays that no view saw have coverage 0 and a plausible colour. Needs at least one view;
+// UsageError where there is none or a picture has not its camera's size.
 std::unique_ptr<RaySource> CaptureSource(std::vector<DepthView> views,
                                          const RenderOptions& options);
 

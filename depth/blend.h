@@ -1,0 +1,38 @@
+// Colours of a tile of rays whose nearness is known, blended from the views that see them.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "depth/bundle_map.h"
+#include "depth/sight.h"
+#include "lightfield/image.h"
+#include "lightfield/ray_source.h"
+
+namespace lamella {
+
+struct BlendOptions {
+  int views = 4;      // blended wherever they see the ray
+  int further = 4;    // tried in turn for rays that those do not see
+  bool cubic = true;  // Catmull-Rom, else bilinear
+};
+
+// Rays are blended in tiles of this side, laid out from the bundle's first ray.
+inline constexpr int kTile = 32;
+
+// A tile's views, best first, and a nearness typical of it: of the whole tile, whatever part of it
+// is asked for, so that no value depends on the part.
+struct TileSights {
+  std::vector<Sight> sights;
+  float nearness = 0;
+};
+
+// The rays `rays` of a tile (inside of the bundle): their nearness (rays.width x rays.height) to
+// their samples.
+void BlendTile(const BundleGeometry& geometry, const std::vector<SourceView>& views,
+               const TileSights& tile, double neighbour, const BlendOptions& options,
+               const Rect& rays, ImageSpan<const float> nearness, ImageSpan<RaySample> samples);
+
+}  // namespace lamella

@@ -1,0 +1,287 @@
+// A query, in order:
+//   1. the nearness of every ray of the bundle: the nearest depth maps warped forward
+//   (target_depth.h)
+//   2. tile by tile, the views that know most of its rays (sight.h)
+//   3. their colours, weighted by direction, resolution and whether they see the point (blend.h)
+#include "depth/render.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+#include "depth/blend.h"
+#include "depth/exposure.h"
+#include "depth/sight.h"
+#include "depth/target_depth.h"
+#include "lightfield/error.h"
+#include "lightfield/parallel.h"
+
+namespace lamella {
+namespace {
+
+// Neighbouring depths are one surface up to this many softnesses of the visibility test.
+constexpr double kSurfaceSoftness = 2.0;
+// Depth of photographs is matched between views that see a surface about this much apart (or
+// between neighbours, where these are farther apart). A grid's step is a quarter of what is matched
+// there.
+constexpr double kMatchingAngle = 0.17;
+constexpr double kStepsMatched = 4;
+constexpr double kRelativeSoftness = 0.002;  // of inverse depth: poses are not perfect either
+constexpr int kFurtherViews = 4, kFurtherMaps = 3;
+constexpr int kSamplesPerCapture = 4096;
+
+void CheckViews(const std::vector<DepthView>& views) {
+  if (views.empty()) throw UsageError("render", "no view to render from", "give at least one view");
+  for (const DepthView& v : views) {
+    const Camera& camera = v.view.camera;
+    const bool sizes_agree = v.color.width() == camera.width && v.color.height() == camera.height &&
+                             v.depth.depth.width() == v.depth.confidence.width() &&
+                             v.depth.depth.height() == v.depth.confidence.height();
+    if (!sizes_agree || v.color.empty() || v.depth.depth.empty()) {
+      throw UsageError(v.view.name, "its picture, camera and depth differ in size or are empty",
+                       "run the stages poses and depth again");
+    }
+    if (camera.model != CameraModel::kPinhole) {
+      throw UsageError(v.view.name, "its camera is no pinhole",
+                       "run the stage poses: it undistorts");
+    }
+  }
+}
+
+Eigen::Vector3d MeanCentre(const std::vector<DepthView>& views) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const DepthView& v : views) sum += Centre(v.view.camera_from_world);
+  return sum / static_cast<double>(views.size());
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// The median finite depth of a view; nothing known: 1.
+double TypicalDepth(const DepthMap& map) {
+  std::vector<double> depths;
+  const std::size_t step = std::max<std::size_t>(1, map.depth.size() / 1000);
+  for (std::size_t i = 0; i < map.depth.size(); i += step) {
+    const float depth = map.depth.data()[i];
+    if (depth > 0 && std::isfinite(depth)) depths.push_back(static_cast<double>(depth));
+  }
+  return depths.empty() ? 1 : Median(std::move(depths));
+}
+
+// The median distance of a view from its nearest neighbour. Where all views are at one place any
+// small share of the scene's size does: directions then don't tell them apart.
+double NeighbourSpacing(const std::vector<DepthView>& views) {
+  std::vector<double> nearest;
+  for (const DepthView& a : views) {
+    double best = std::numeric_limits<double>::infinity();
+    for (const DepthView& b : views) {
+      const double d = (Centre(a.view.camera_from_world) - Centre(b.view.camera_from_world)).norm();
+      if (&a != &b && d > 0) best = std::min(best, d);
+    }
+    if (std::isfinite(best)) nearest.push_back(best);
+  }
+  return nearest.empty() ? 0.05 * TypicalDepth(views[0].depth) : Median(std::move(nearest));
+}
+
+// The baseline over which depth was presumably matched.
+double MatchingBaseline(const std::vector<DepthView>& views, double neighbour) {
+  double largest = 0;
+  std::vector<double> depths;
+  for (const DepthView& v : views) {
+    depths.push_back(TypicalDepth(v.depth));
+    largest = std::max(
+        largest,
+        (Centre(v.view.camera_from_world) - Centre(views[0].view.camera_from_world)).norm());
+  }
+  const double wanted = kMatchingAngle * Median(std::move(depths));
+  return std::max(neighbour, std::min(wanted, largest));
+}
+
+// Where nearness is best counted from: 0, where infinity is, unless the scene is thin beside its
+// distance from the viewer.
+double ZeroFor(const RayBundle& bundle, const NearnessRange& range) {
+  const bool thin = range.near - range.far < 0.5 * range.middle;
+  return bundle.centre.w() == 0 || thin ? range.middle : 0;
+}
+
+std::vector<View> ViewsOf(const std::vector<DepthView>& views) {
+  std::vector<View> plain;
+  for (const DepthView& v : views) plain.push_back(v.view);
+  return plain;
+}
+
+class CapturedScene : public RaySource {
+ public:
+  CapturedScene(std::vector<DepthView> views, const RenderOptions& options)
+      : blend_{options.views, kFurtherViews, options.filter != "bilinear"},
+        target_{options.maps, kFurtherMaps} {
+    CheckViews(views);
+    centre_ = MeanCentre(views);
+    neighbour_ = NeighbourSpacing(views);
+    matching_baseline_ = MatchingBaseline(views, neighbour_);
+    const std::optional<RegularGrid> grid = FindRegularGrid(ViewsOf(views));
+    views_.resize(views.size());
+    ParallelForEach(0, static_cast<std::int64_t>(views.size()), [&](std::int64_t k) {
+      const auto i = static_cast<std::size_t>(k);
+      views_[i] = Prepare(views[i], grid, options.visibility_px, views.size());
+    });
+    const bool equalise =
+        options.exposure == "on" || (options.exposure == "auto" && !grid && views.size() > 1);
+    std::vector<const Image<Rgb>*> colors;
+    for (const DepthView& v : views) colors.push_back(&v.color);
+    const std::vector<Rgb> gains =
+        equalise ? ExposureGains(views_, colors) : std::vector<Rgb>(views.size(), Rgb{1, 1, 1});
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      views_[i].color = ColorPyramid(views[i].color, gains[i]);
+      views[i].color = {};
+    }
+  }
+
+  void Query(const RayBundle& world_bundle, const Rect& rectangle,
+             ImageSpan<RaySample> samples) const override {
+    RayBundle bundle = world_bundle;  // around the capture: coordinates of 1e7 would cost digits
+    bundle.origin -= centre_;
+    if (bundle.centre.w() != 0) {
+      bundle.centre = {bundle.centre.x() / bundle.centre.w() - centre_.x(),
+                       bundle.centre.y() / bundle.centre.w() - centre_.y(),
+                       bundle.centre.z() / bundle.centre.w() - centre_.z(), 1};
+    }
+    const BundleGeometry plain(bundle);
+    if (!plain.valid()) {
+      for (int y = 0; y < rectangle.height; ++y) {
+        std::fill_n(samples.row(y), rectangle.width, RaySample());
+      }
+      return;
+    }
+    NearnessRange range = RangeInBundle(plain, views_);
+    const double zero = ZeroFor(bundle, range);
+    const BundleGeometry geometry(bundle, zero);
+    range = {range.far - zero, range.middle - zero, range.near - zero};
+    const Image<float> nearness = TargetDepth(geometry, views_, range, neighbour_, target_);
+    const int first_x = rectangle.x / kTile, last_x = (rectangle.x + rectangle.width - 1) / kTile;
+    const int first_y = rectangle.y / kTile, last_y = (rectangle.y + rectangle.height - 1) / kTile;
+    const int columns = last_x - first_x + 1;
+    ParallelForEach(
+        0, static_cast<std::int64_t>(columns) * (last_y - first_y + 1), [&](std::int64_t i) {
+          const int tile_x = first_x + static_cast<int>(i % columns);
+          const int tile_y = first_y + static_cast<int>(i / columns);
+          RenderTile(geometry, nearness, tile_x * kTile, tile_y * kTile, rectangle, samples);
+        });
+  }
+
+ private:
+  SourceView Prepare(const DepthView& from, const std::optional<RegularGrid>& grid,
+                     double visibility_px, std::size_t count) const {
+    const Camera& camera = from.view.camera;
+    SourceView view;
+    view.width = camera.width;
+    view.height = camera.height;
+    Rigid camera_from_centre = from.view.camera_from_world;
+    camera_from_centre.translation += camera_from_centre.rotation * centre_;
+    view.view_from_world = ViewFromWorld(camera, camera_from_centre);
+    view.centre = Centre(camera_from_centre);
+    if (grid) {
+      view.softness_absolute = visibility_px / grid->disparity_per_inverse_depth;
+    } else {
+      view.softness_absolute = visibility_px * kStepsMatched / (camera.fx * matching_baseline_);
+      view.softness_relative = kRelativeSoftness;
+    }
+    const SurfaceRule rule{kSurfaceSoftness * view.softness_absolute,
+                           kSurfaceSoftness * view.softness_relative};
+    view.depth = DepthPyramid(from.depth, camera.width, camera.height, rule);
+    view.samples = SurfaceSamples(view, kSamplesPerCapture / static_cast<int>(count) + 1);
+    return view;
+  }
+
+  static std::vector<Eigen::Vector4d> SurfaceSamples(const SourceView& view, int count) {
+    const DepthLevel& level = view.depth[0];
+    const double step =
+        std::max(1.0, std::sqrt(static_cast<double>(level.width) * level.height / count));
+    const Eigen::Matrix4d world_from_view = view.view_from_world.inverse();
+    std::vector<Eigen::Vector4d> samples;
+    for (double y = 0.5 * step; y < level.height; y += step) {
+      for (double x = 0.5 * step; x < level.width; x += step) {
+        const int px = static_cast<int>(x), py = static_cast<int>(y);
+        const float w = level.pixels(px + 1, py + 1).inverse_depth;
+        if (w < 0) continue;
+        samples.emplace_back(world_from_view * Eigen::Vector4d((px + 0.5) / level.per_color_x,
+                                                               (py + 0.5) / level.per_color_y, 1,
+                                                               static_cast<double>(w)));
+      }
+    }
+    return samples;
+  }
+
+  void RenderTile(const BundleGeometry& geometry, const Image<float>& nearness, int x, int y,
+                  const Rect& rectangle, ImageSpan<RaySample> samples) const {
+    const Rect whole{x, y, std::min(kTile, nearness.width() - x),
+                     std::min(kTile, nearness.height() - y)};
+    const int x0 = std::max(x, rectangle.x), y0 = std::max(y, rectangle.y);
+    const int x1 = std::min(x + whole.width, rectangle.x + rectangle.width);
+    const int y1 = std::min(y + whole.height, rectangle.y + rectangle.height);
+    if (x0 >= x1 || y0 >= y1) return;
+    float near = nearness(x, y), far = near;
+    for (int v = y; v < y + whole.height; ++v) {
+      const auto [low, high] =
+          std::minmax_element(nearness.row(v) + x, nearness.row(v) + x + whole.width);
+      far = std::min(far, *low);
+      near = std::max(near, *high);
+    }
+    TileSights tile;
+    tile.nearness = nearness(x + whole.width / 2, y + whole.height / 2);
+    tile.sights = RankViews(geometry, views_, x + 0.5 * whole.width, y + 0.5 * whole.height,
+                            {double{tile.nearness}, double{far}, double{near}}, neighbour_,
+                            blend_.views + blend_.further);
+    const Rect rays{x0, y0, x1 - x0, y1 - y0};
+    BlendTile(geometry, views_, tile, neighbour_, blend_, rays, nearness.span().Sub(rays),
+              samples.Sub({x0 - rectangle.x, y0 - rectangle.y, rays.width, rays.height}));
+  }
+
+  BlendOptions blend_;
+  TargetDepthOptions target_;
+  Eigen::Vector3d centre_;  // of the capture; geometry is relative to it
+  double neighbour_ = 1;    // distance between neighbouring views
+  double matching_baseline_ = 1;
+  std::vector<SourceView> views_;
+};
+
+}  // namespace
+
+OptionTable Describe(RenderOptions& options) {
+  return {
+      "render",
+      {{"views", "views that are blended for a ray", &options.views, 1, 32},
+       {"maps", "depth maps that are merged to find a ray's depth", &options.maps, 1, 32},
+       {"visibility_px",
+        "softness of the visibility test, px of disparity per grid step (photographs: per quarter "
+        "of the baseline of matching, 10 degrees or the next view)",
+        &options.visibility_px, 1e-3, 100},
+       {.name = "filter",
+        .help = "interpolation of colours",
+        .value = &options.filter,
+        .choices = {"catmull_rom", "bilinear"}},
+       {.name = "exposure",
+        .help = "equalise the views' exposures; auto: photographs only",
+        .value = &options.exposure,
+        .choices = {"auto", "on", "off"}}}};
+}
+
+void ApplyQuality(Quality quality, RenderOptions& options) {
+  const bool draft = quality == Quality::kDraft;
+  options.views = draft ? 2 : 4;
+  options.maps = draft ? 2 : 3;
+  options.filter = draft ? "bilinear" : "catmull_rom";
+}
+
+std::unique_ptr<RaySource> CaptureSource(std::vector<DepthView> views,
+                                         const RenderOptions& options) {
+  return std::make_unique<CapturedScene>(std::move(views), options);
+}
+
+}  // namespace lamella

@@ -1,0 +1,62 @@
+#include "depth/resize_area.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "lightfield/parallel.h"
+
+namespace lamella {
+namespace {
+
+// The old pixels first .. first + weights.size() - 1 that a new one covers, and their shares.
+struct Cover {
+  int first = 0;
+  std::vector<float> weights;  // sum 1
+};
+
+std::vector<Cover> Covers(int from, int to) {
+  std::vector<Cover> covers(static_cast<std::size_t>(to));
+  const double step = static_cast<double>(from) / to;
+  for (int i = 0; i < to; ++i) {
+    const double begin = i * step, end = (i + 1) * step;
+    Cover& cover = covers[static_cast<std::size_t>(i)];
+    cover.first = std::min(static_cast<int>(begin), from - 1);
+    const int last = std::clamp(static_cast<int>(std::ceil(end)) - 1, cover.first, from - 1);
+    for (int j = cover.first; j <= last; ++j) {
+      const double overlap = std::min<double>(end, j + 1) - std::max<double>(begin, j);
+      cover.weights.push_back(static_cast<float>(std::max(overlap, 0.0) / step));
+    }
+  }
+  return covers;
+}
+
+}  // namespace
+
+Image<Rgb> ResizeArea(ImageSpan<const Rgb> image, int width, int height) {
+  const std::vector<Cover> columns = Covers(image.width, width);
+  const std::vector<Cover> rows = Covers(image.height, height);
+  Image<Rgb> resized(width, height);
+  ParallelFor(0, height, 16, [&](std::int64_t first, std::int64_t last) {
+    std::vector<Rgb> line(static_cast<std::size_t>(image.width));
+    for (std::int64_t y = first; y < last; ++y) {
+      const Cover& row = rows[static_cast<std::size_t>(y)];
+      std::fill(line.begin(), line.end(), Rgb());
+      for (std::size_t j = 0; j < row.weights.size(); ++j) {
+        const Rgb* from = image.row(row.first + static_cast<int>(j));
+        for (std::size_t x = 0; x < line.size(); ++x) line[x] += row.weights[j] * from[x];
+      }
+      for (int x = 0; x < width; ++x) {
+        const Cover& column = columns[static_cast<std::size_t>(x)];
+        Rgb sum;
+        for (std::size_t j = 0; j < column.weights.size(); ++j) {
+          sum += column.weights[j] * line[static_cast<std::size_t>(column.first) + j];
+        }
+        resized(x, static_cast<int>(y)) = sum;
+      }
+    }
+  });
+  return resized;
+}
+
+}  // namespace lamella

@@ -1,0 +1,214 @@
+#include "depth/source_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "depth/resize_area.h"
+
+namespace lamella {
+namespace {
+
+constexpr double kStep = 0.5, kStandsOut = 3;  // see SurfaceRule
+constexpr float kLeastConfidence = 1e-3F;
+constexpr float kLargestInverseDepth = 1e20F;  // far from overflow when it is mapped
+constexpr int kSmallestColorLevel = 8;         // px of the longer side
+
+DepthPixel FromDepth(float depth, float confidence) {
+  if (!(depth > 0)) return {};  // also NaN
+  // Merging weighs by confidence, so that none is ever 0.
+  const float sure = confidence > kLeastConfidence ? std::min(confidence, 1.0F) : kLeastConfidence;
+  return {std::min(1.0F / depth, kLargestInverseDepth), sure};
+}
+
+void RepeatBorder(Image<DepthPixel>& pixels) {
+  const int right = pixels.width() - 1, bottom = pixels.height() - 1;
+  for (int y = 1; y < bottom; ++y) {
+    pixels(0, y) = pixels(1, y);
+    pixels(right, y) = pixels(right - 1, y);
+  }
+  for (int x = 0; x <= right; ++x) {
+    pixels(x, 0) = pixels(x, 1);
+    pixels(x, bottom) = pixels(x, bottom - 1);
+  }
+}
+
+// Which neighbours are joined, for all pixels of a padded map: bit 0 to the right, bit 1 downwards.
+Image<std::uint8_t> Joints(const Image<DepthPixel>& pixels, const SurfaceRule& rule) {
+  const int width = pixels.width(), height = pixels.height();
+  Image<std::uint8_t> joints(width, height);
+  const auto at = [&](int x, int y) {
+    return pixels(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1)).inverse_depth;
+  };
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const bool right = rule.Joined(at(x - 1, y), at(x, y), at(x + 1, y), at(x + 2, y));
+      const bool down = rule.Joined(at(x, y - 1), at(x, y), at(x, y + 1), at(x, y + 2));
+      joints(x, y) = static_cast<std::uint8_t>((right ? 1 : 0) | (down ? 2 : 0));
+    }
+  }
+  return joints;
+}
+
+DepthLevel::Block RangeOf(const Image<DepthPixel>& pixels, const Rect& cells) {
+  DepthLevel::Block block{-1, std::numeric_limits<float>::max()};
+  for (int y = cells.y; y <= cells.y + cells.height; ++y) {
+    for (int x = cells.x; x <= cells.x + cells.width; ++x) {
+      const float w = pixels(x, y).inverse_depth;
+      if (w < 0) continue;
+      block.nearest = std::max(block.nearest, w);
+      block.farthest = std::min(block.farthest, w);
+    }
+  }
+  return block;
+}
+
+// Cells and blocks of a level whose pixels are there.
+void Finish(DepthLevel& level, const SurfaceRule& rule) {
+  RepeatBorder(level.pixels);
+  const Image<std::uint8_t> joints = Joints(level.pixels, rule);
+  level.smooth = Image<std::uint8_t>(level.width + 1, level.height + 1);
+  for (int y = 0; y <= level.height; ++y) {
+    for (int x = 0; x <= level.width; ++x) {
+      const int all = joints(x, y) & 3;
+      level.smooth(x, y) = all == 3 && (joints(x + 1, y) & 2) != 0 && (joints(x, y + 1) & 1) != 0;
+    }
+  }
+  constexpr int kBlock = DepthLevel::kBlock;
+  level.blocks = Image<DepthLevel::Block>(level.width / kBlock + 1, level.height / kBlock + 1);
+  for (int y = 0; y < level.blocks.height(); ++y) {
+    for (int x = 0; x < level.blocks.width(); ++x) {
+      const Rect cells{x * kBlock, y * kBlock, std::min(kBlock, level.width + 1 - x * kBlock),
+                       std::min(kBlock, level.height + 1 - y * kBlock)};
+      level.blocks(x, y) = RangeOf(level.pixels, cells);
+    }
+  }
+}
+
+// One pixel for up to four: of the surface that has the most confidence among them (the nearer one
+// of equals), its mean; pixels that are unknown or of other surfaces lower the confidence.
+DepthPixel Merge(const std::array<DepthPixel, 4>& pixels, int count, const SurfaceRule& rule) {
+  float best_support = 0, best_nearest = -1;
+  DepthPixel merged;
+  for (int i = 0; i < count; ++i) {
+    const DepthPixel& seed = pixels[static_cast<std::size_t>(i)];
+    if (seed.inverse_depth < 0) continue;
+    float support = 0, sum = 0;
+    for (int j = 0; j < count; ++j) {
+      const DepthPixel& other = pixels[static_cast<std::size_t>(j)];
+      if (other.inverse_depth < 0 || !rule.Same(seed.inverse_depth, other.inverse_depth)) continue;
+      support += other.confidence;
+      sum += other.confidence * (other.inverse_depth - seed.inverse_depth);
+    }
+    if (support < best_support || (support == best_support && seed.inverse_depth <= best_nearest)) {
+      continue;
+    }
+    best_support = support;
+    best_nearest = seed.inverse_depth;
+    merged = {std::max(seed.inverse_depth + sum / support, 0.0F),
+              support / static_cast<float>(count)};
+  }
+  return merged;
+}
+
+DepthLevel Halved(const DepthLevel& fine, const SurfaceRule& rule) {
+  DepthLevel level;
+  level.width = (fine.width + 1) / 2;
+  level.height = (fine.height + 1) / 2;
+  level.extent_x = fine.extent_x / 2;
+  level.extent_y = fine.extent_y / 2;
+  level.per_color_x = fine.per_color_x / 2;
+  level.per_color_y = fine.per_color_y / 2;
+  level.pixels = Image<DepthPixel>(level.width + 2, level.height + 2);
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x) {
+      std::array<DepthPixel, 4> square;
+      int count = 0;
+      for (int v = 2 * y; v < std::min(2 * y + 2, fine.height); ++v) {
+        for (int u = 2 * x; u < std::min(2 * x + 2, fine.width); ++u) {
+          square[static_cast<std::size_t>(count++)] = fine.pixels(u + 1, v + 1);
+        }
+      }
+      level.pixels(x + 1, y + 1) = Merge(square, count, rule);
+    }
+  }
+  Finish(level, rule);
+  return level;
+}
+
+ColorLevel Padded(const Image<Rgb>& color, Rgb gain, int picture_width, int picture_height) {
+  constexpr int kPad = ColorLevel::kPad;
+  ColorLevel level;
+  level.width = color.width();
+  level.height = color.height();
+  level.scale_x = static_cast<float>(level.width) / static_cast<float>(picture_width);
+  level.scale_y = static_cast<float>(level.height) / static_cast<float>(picture_height);
+  level.pixels = Image<ColorLevel::Pixel>(level.width + 2 * kPad, level.height + 2 * kPad);
+  for (int y = 0; y < level.pixels.height(); ++y) {
+    const Rgb* from = color.row(std::clamp(y - kPad, 0, level.height - 1));
+    ColorLevel::Pixel* to = level.pixels.row(y);
+    for (int x = 0; x < level.pixels.width(); ++x) {
+      const Rgb& p = from[std::clamp(x - kPad, 0, level.width - 1)];
+      to[x] = {{std::max(0.0F, gain.r * p.r), std::max(0.0F, gain.g * p.g),
+                std::max(0.0F, gain.b * p.b), 0.0F}};
+    }
+  }
+  return level;
+}
+
+}  // namespace
+
+bool SurfaceRule::Joined(float a, float b, float c, float d) const {
+  if (b < 0 || c < 0) return false;
+  const double step = std::abs(static_cast<double>(c) - static_cast<double>(b));
+  const double tolerance = Tolerance(b, c);
+  if (step > tolerance) return false;
+  if (step <= kStep * tolerance) return true;
+  const double before = a < 0 ? 0 : std::abs(static_cast<double>(b) - static_cast<double>(a));
+  const double after = d < 0 ? 0 : std::abs(static_cast<double>(d) - static_cast<double>(c));
+  return step <= kStandsOut * std::max(before, after);
+}
+
+std::vector<DepthLevel> DepthPyramid(const DepthMap& depth, int color_width, int color_height,
+                                     const SurfaceRule& rule) {
+  DepthLevel base;
+  base.width = depth.depth.width();
+  base.height = depth.depth.height();
+  base.extent_x = base.width;
+  base.extent_y = base.height;
+  base.per_color_x = static_cast<double>(base.width) / color_width;
+  base.per_color_y = static_cast<double>(base.height) / color_height;
+  base.pixels = Image<DepthPixel>(base.width + 2, base.height + 2);
+  for (int y = 0; y < base.height; ++y) {
+    for (int x = 0; x < base.width; ++x) {
+      base.pixels(x + 1, y + 1) = FromDepth(depth.depth(x, y), depth.confidence(x, y));
+    }
+  }
+  Finish(base, rule);
+  std::vector<DepthLevel> levels;
+  levels.push_back(std::move(base));
+  while (levels.back().width > 1 || levels.back().height > 1) {
+    levels.push_back(Halved(levels.back(), rule));
+  }
+  return levels;
+}
+
+std::vector<ColorLevel> ColorPyramid(const Image<Rgb>& color, Rgb gain) {
+  std::vector<Image<Rgb>> pictures;
+  std::vector<ColorLevel> levels;
+  levels.push_back(Padded(color, gain, color.width(), color.height()));
+  for (int l = 1;; ++l) {
+    const double scale = std::exp2(-0.5 * l);
+    const int width = std::max(1, static_cast<int>(std::lround(color.width() * scale)));
+    const int height = std::max(1, static_cast<int>(std::lround(color.height() * scale)));
+    if (std::max(width, height) < kSmallestColorLevel) break;
+    // From two levels up, where the ratio is about 2: filters of filters would widen.
+    const Image<Rgb>& from = l < 3 ? color : pictures[static_cast<std::size_t>(l - 3)];
+    pictures.push_back(ResizeArea(from.span(), width, height));
+    levels.push_back(Padded(pictures.back(), gain, color.width(), color.height()));
+  }
+  return levels;
+}
+
+}  // namespace lamella

@@ -1,0 +1,241 @@
+#include "depth/target_depth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "depth/blend.h"
+#include "depth/forward_warp.h"
+#include "lightfield/parallel.h"
+
+namespace lamella {
+namespace {
+
+constexpr int kBandTiles = 4;  // rows of tiles that are merged together: their rays stay in cache
+// Surfaces of several maps at one ray are one where they differ by less than this many softnesses
+// of the visibility test.
+constexpr double kSameSurface = 0.6;
+// Weight of a map by its direction, as in blending.
+constexpr double kOwnView = 0.02;
+
+int Tiles(int rays) { return (rays + kTile - 1) / kTile; }
+
+// A map that a tile wants, at which place in the tile's list.
+struct Wish {
+  int tile_x = 0, tile_y = 0, rank = 0;
+  float weight = 0, tolerance = 0;
+};
+
+// For every view the tiles that want its map.
+using Wishes = std::vector<std::vector<Wish>>;
+
+// How much nearness changes per inverse depth of a view, at (u, v, n).
+double NearnessPerInverseDepth(const BundleGeometry& geometry, const SourceView& view, double u,
+                               double v, double n, double* inverse_depth) {
+  const Eigen::Matrix4d map = view.view_from_world * geometry.world_from_bundle();
+  const Eigen::Vector4d out = map * Eigen::Vector4d(u, v, 1, n);
+  *inverse_depth = out.w() / out.z();
+  const double slope = (map(3, 3) - *inverse_depth * map(2, 3)) / out.z();
+  return slope != 0 ? std::abs(1 / slope) : 0;
+}
+
+Wishes CollectWishes(const BundleGeometry& geometry, const std::vector<SourceView>& views,
+                     const NearnessRange& range, double neighbour,
+                     const TargetDepthOptions& options) {
+  Wishes wishes(views.size());
+  const RayBundle& bundle = geometry.bundle();
+  for (int ty = 0; ty < Tiles(bundle.height); ++ty) {
+    for (int tx = 0; tx < Tiles(bundle.width); ++tx) {
+      const double u = std::min((tx + 0.5) * kTile, tx * kTile + 0.5 * (bundle.width - tx * kTile));
+      const double v =
+          std::min((ty + 0.5) * kTile, ty * kTile + 0.5 * (bundle.height - ty * kTile));
+      const auto sights = RankViews(geometry, views, u, v, {range.middle, range.far, range.near},
+                                    neighbour, options.maps + options.further);
+      for (std::size_t rank = 0; rank < sights.size(); ++rank) {
+        const auto k = static_cast<std::size_t>(sights[rank].view);
+        double w = 0;
+        const double slope = NearnessPerInverseDepth(geometry, views[k], u, v, range.middle, &w);
+        const double softness =
+            views[k].softness_absolute + views[k].softness_relative * std::max(w, 0.0);
+        const double penalty = std::min(sights[rank].penalty, 1e6);
+        wishes[k].push_back({tx, ty, static_cast<int>(rank),
+                             static_cast<float>(1 / (kOwnView + penalty * penalty)),
+                             static_cast<float>(kSameSurface * softness * slope)});
+      }
+    }
+  }
+  return wishes;
+}
+
+// A band of rows of the bundle with what the maps merged so far say.
+class Band {
+ public:
+  Band(const BundleGeometry& geometry, int first_tile_row, ImageSpan<float> nearness)
+      : geometry_(geometry),
+        first_tile_row_(first_tile_row),
+        nearness_(nearness),
+        weights_(nearness.width, nearness.height),
+        drawn_(nearness.width, nearness.height),
+        wanted_(Tiles(nearness.width), Tiles(nearness.height)) {
+    for (int y = 0; y < nearness.height; ++y) {
+      std::fill_n(nearness.row(y), nearness.width, kNoSurface);
+    }
+  }
+
+  // Merges a view's map into the tiles that want it at the given ranks.
+  void Merge(const SourceView& view, const DepthLevel& level, const std::vector<Wish>& wishes,
+             int first_rank, int last_rank, bool holes_only) {
+    std::vector<const Wish*> here;
+    std::fill_n(wanted_.data(), wanted_.size(), std::uint8_t{0});
+    for (const Wish& wish : wishes) {
+      const int row = wish.tile_y - first_tile_row_;
+      if (row < 0 || row >= wanted_.height() || wish.rank < first_rank || wish.rank > last_rank)
+        continue;
+      if (holes_only && !HasHole(TileRays(wish))) continue;
+      wanted_(wish.tile_x, row) = 1;
+      here.push_back(&wish);
+    }
+    if (here.empty()) return;
+    for (const Wish* wish : here) Clear(TileRays(*wish));
+    Draw(view, level);
+    for (const Wish* wish : here) {
+      if (holes_only) {
+        FillHoles(TileRays(*wish));
+      } else {
+        MergeTile(*wish, TileRays(*wish));
+      }
+    }
+  }
+
+ private:
+  Rect TileRays(const Wish& wish) const {
+    const int x = wish.tile_x * kTile, y = (wish.tile_y - first_tile_row_) * kTile;
+    return {x, y, std::min(kTile, nearness_.width - x), std::min(kTile, nearness_.height - y)};
+  }
+
+  bool HasHole(const Rect& r) const {
+    for (int y = r.y; y < r.y + r.height; ++y) {
+      const float* row = nearness_.row(y);
+      if (std::find(row + r.x, row + r.x + r.width, kNoSurface) != row + r.x + r.width) return true;
+    }
+    return false;
+  }
+
+  void Clear(const Rect& r) {
+    for (int y = r.y; y < r.y + r.height; ++y)
+      std::fill_n(drawn_.row(y) + r.x, r.width, kNoSurface);
+  }
+
+  void Draw(const SourceView& view, const DepthLevel& level) {
+    // World to level pixels, and to rows that count from the band's first.
+    Eigen::Matrix4d level_from_world = view.view_from_world;
+    level_from_world.row(0) *= level.per_color_x;
+    level_from_world.row(1) *= level.per_color_y;
+    Eigen::Matrix4d band_from_world = geometry_.bundle_from_world();
+    band_from_world.row(1) -= static_cast<double>(first_tile_row_) * kTile * band_from_world.row(2);
+    const Eigen::Matrix4d map = band_from_world * level_from_world.inverse();
+    DrawSurface(level, map, {kTile, wanted_.span()}, drawn_.span());
+  }
+
+  // The nearest surface wins; what lies within the tolerance of it is averaged.
+  void MergeTile(const Wish& wish, const Rect& r) {
+    for (int y = r.y; y < r.y + r.height; ++y) {
+      const float* from = drawn_.row(y);
+      float* to = nearness_.row(y);
+      float* weights = weights_.row(y);
+      for (int x = r.x; x < r.x + r.width; ++x) {
+        const float n = from[x];
+        if (n == kNoSurface || n < to[x] - wish.tolerance) continue;
+        if (n > to[x] + wish.tolerance) {
+          to[x] = n;
+          weights[x] = wish.weight;
+        } else {
+          const float sum = weights[x] + wish.weight;
+          to[x] += wish.weight / sum * (n - to[x]);
+          weights[x] = sum;
+        }
+      }
+    }
+  }
+
+  void FillHoles(const Rect& r) {
+    for (int y = r.y; y < r.y + r.height; ++y) {
+      const float* from = drawn_.row(y);
+      float* to = nearness_.row(y);
+      for (int x = r.x; x < r.x + r.width; ++x) {
+        if (to[x] == kNoSurface) to[x] = from[x];
+      }
+    }
+  }
+
+  const BundleGeometry& geometry_;
+  int first_tile_row_;
+  ImageSpan<float> nearness_;
+  Image<float> weights_, drawn_;
+  Image<std::uint8_t> wanted_;
+};
+
+// The level of a view's depth whose pixels are at most as large as the bundle's rays.
+const DepthLevel& LevelOf(const BundleGeometry& geometry, const SourceView& view,
+                          const NearnessRange& range) {
+  const RayBundle& bundle = geometry.bundle();
+  const Eigen::Matrix4d map = view.view_from_world * geometry.world_from_bundle();
+  const LocalMap local(map, 0.5 * bundle.width, 0.5 * bundle.height, range.middle);
+  return DepthLevelForSpacing(view, std::sqrt(std::abs(local.xa * local.yb - local.xb * local.ya)));
+}
+
+}  // namespace
+
+NearnessRange RangeInBundle(const BundleGeometry& geometry, const std::vector<SourceView>& views) {
+  const RayBundle& bundle = geometry.bundle();
+  std::vector<double> inside, all;
+  for (const SourceView& view : views) {
+    for (const Eigen::Vector4d& sample : view.samples) {
+      const Eigen::Vector4d p = geometry.bundle_from_world() * sample;
+      if (!(p.z() > 0)) continue;
+      const double u = p.x() / p.z(), v = p.y() / p.z();
+      const double n = p.w() / p.z();
+      if (!std::isfinite(n)) continue;
+      all.push_back(n);
+      if (u >= 0 && v >= 0 && u <= bundle.width && v <= bundle.height) inside.push_back(n);
+    }
+  }
+  std::vector<double>& values = inside.empty() ? all : inside;
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const auto quantile = [&](double q) {
+    return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
+  };
+  return {quantile(0.1), quantile(0.5), quantile(0.9)};
+}
+
+Image<float> TargetDepth(const BundleGeometry& geometry, const std::vector<SourceView>& views,
+                         const NearnessRange& range, double neighbour,
+                         const TargetDepthOptions& options) {
+  const RayBundle& bundle = geometry.bundle();
+  Image<float> nearness(bundle.width, bundle.height);
+  const Wishes wishes = CollectWishes(geometry, views, range, neighbour, options);
+  std::vector<const DepthLevel*> levels;
+  for (const SourceView& view : views) levels.push_back(&LevelOf(geometry, view, range));
+  const int bands = (Tiles(bundle.height) + kBandTiles - 1) / kBandTiles;
+  ParallelForEach(0, bands, [&](std::int64_t b) {
+    const int tile_row = static_cast<int>(b) * kBandTiles;
+    const int y = tile_row * kTile;
+    const Rect rows{0, y, bundle.width, std::min(kBandTiles * kTile, bundle.height - y)};
+    Band band(geometry, tile_row, nearness.span().Sub(rows));
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      if (wishes[k].empty()) continue;
+      band.Merge(views[k], *levels[k], wishes[k], 0, options.maps - 1, false);
+    }
+    for (int rank = options.maps; rank < options.maps + options.further; ++rank) {
+      for (std::size_t k = 0; k < views.size(); ++k) {
+        if (wishes[k].empty()) continue;
+        band.Merge(views[k], *levels[k], wishes[k], rank, rank, true);
+      }
+    }
+  });
+  FillFromFartherSide(static_cast<float>(range.middle), nearness.span());
+  return nearness;
+}
+
+}  // namespace lamella
