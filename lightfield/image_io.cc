@@ -240,12 +240,13 @@ Image<float> ReadAlpha(const fs::path& path) {
   return alpha;
 }
 
-void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_quality) {
+void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_quality,
+                 int png_level) {
   std::vector<Rgb8> packed;
   packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
   for (int y = 0; y < codes.height; ++y)
     packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
-  OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3, kForPatterns);
+  OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3, png_level);
   spec.attribute("CompressionQuality", jpeg_quality);
   WriteBuffer(path, spec, packed.data(), OIIO::TypeDesc::UINT8);
 }
@@ -270,11 +271,11 @@ std::string EncodeCodes8(ImageSpan<const Rgb8> codes, const std::string& format,
   return std::string(bytes.begin(), bytes.end());
 }
 
-void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes) {
+void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes, int png_level) {
   std::vector<std::uint8_t> packed;
   for (int y = 0; y < codes.height; ++y)
     packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
-  WriteBuffer(path, PngSpec(codes.width, codes.height, 1, kForPatterns), packed.data(),
+  WriteBuffer(path, PngSpec(codes.width, codes.height, 1, png_level), packed.data(),
               OIIO::TypeDesc::UINT8);
 }
 
@@ -311,7 +312,8 @@ void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear, ImageSpan<con
               OIIO::TypeDesc::UINT8);
 }
 
-void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrType type) {
+void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrType type,
+              ExrCompression compression) {
   const int width = channels.at(0).pixels.width(), height = channels.at(0).pixels.height();
   const int count = static_cast<int>(channels.size());
   OIIO::ImageSpec spec(width, height, count,
@@ -319,7 +321,7 @@ void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrTyp
   spec.channelnames.clear();
   for (const Channel& channel : channels) spec.channelnames.push_back(channel.name);
   spec.alpha_channel = -1;
-  spec.attribute("compression", "zip");
+  spec.attribute("compression", compression == ExrCompression::kPiz ? "piz" : "zip");
   spec.attribute("DateTime", "");  // else OpenImageIO writes the present time
   std::vector<float> packed(static_cast<std::size_t>(count) * channels[0].pixels.size());
   for (std::size_t c = 0; c < channels.size(); ++c) {

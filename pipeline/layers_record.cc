@@ -195,7 +195,7 @@ void SaveEmitterImage(const fs::path& folder, int layer, int slot, const Emitter
     channels[2].pixels.data()[i] = std::min(color.b, kLargestHalf);
     channels[3].pixels.data()[i] = image.coverage.data()[i];
   }
-  WriteExr(folder / EmitterFile(layer, slot), channels, ExrType::kHalf);
+  WriteExr(folder / EmitterFile(layer, slot), channels, ExrType::kHalf, ExrCompression::kPiz);
 }
 
 EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,

@@ -34,7 +34,8 @@ OptionTable Describe(PosesOptions& options);
 void ApplyQuality(Quality quality, PosesOptions& options);
 
 struct FramesOptions {
-  std::string response = "srgb";  // of the panels
+  std::string response = "srgb";  // of the panels, or "gamma"
+  double gamma = 2.2;
 };
 OptionTable Describe(FramesOptions& options);
 
