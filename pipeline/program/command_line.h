@@ -49,7 +49,9 @@ class OptionFlags {
 void AddStageVerbs(CLI::App& program, Invocation& invocation);
 void AddStatus(CLI::App& program, Invocation& invocation);
 void AddCompare(CLI::App& program, Invocation& invocation);
+void AddCompareImages(CLI::App& compare, Invocation& invocation);  // to the verb compare
 void AddDisplays(CLI::App& program, Invocation& invocation);
 void AddDoctor(CLI::App& program, Invocation& invocation);
+void AddViews(CLI::App& program, Invocation& invocation);
 
 }  // namespace lamella

@@ -37,6 +37,7 @@ void AddCompare(CLI::App& program, Invocation& invocation) {
   CLI::App& app = *program.add_subcommand(
       "compare", "images, poses or depth, against other ones or against truth");
   app.require_subcommand(1);
+  AddCompareImages(app, invocation);
   auto pair = std::make_shared<Pair>();
   CLI::App& poses = *app.add_subcommand(
       "poses", "cameras by name, after the best similarity of the world; errors are in units of B");

@@ -91,6 +91,7 @@ int Main(int argc, char** argv) {
   Invocation invocation;
   AddCompare(program, invocation);
   AddDisplays(program, invocation);
+  AddViews(program, invocation);
   if (argc == 1) {
     fmt::print("{}", program.help());
     return static_cast<int>(ExitCode::kUsage);

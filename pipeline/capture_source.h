@@ -1,0 +1,18 @@
+// The capture of a workspace, with its depth, as a RaySource.
+#pragma once
+
+#include <memory>
+
+#include "depth/render.h"
+#include "lightfield/progress.h"
+#include "lightfield/ray_source.h"
+#include "pipeline/workspace.h"
+
+namespace lamella {
+
+// Reads the undistorted images and depth maps that the stages poses and depth left. InputError
+// where a file is absent or broken.
+std::unique_ptr<RaySource> LoadCaptureSource(const Workspace& workspace,
+                                             const RenderOptions& options, Progress& progress);
+
+}  // namespace lamella
