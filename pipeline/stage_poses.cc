@@ -1,5 +1,6 @@
 // The stage poses: cameras and poses of all views, their undistorted images, sparse points.
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
 
@@ -49,6 +50,7 @@ std::string UndistortedFile(const std::string& name) { return "colmap/images/" +
 
 void WriteUndistorted(const std::vector<PosedView>& posed, const StageRun& run,
                       Progress& progress) {
+  if (std::all_of(posed.begin(), posed.end(), std::mem_fn(&PosedView::IsOriginal))) return;
   progress.Start("undistort", static_cast<std::int64_t>(posed.size()), "views");
   CreateFolder(run.folder() / "colmap" / "images");
   ParallelForEach(0, static_cast<std::int64_t>(posed.size()), [&](std::int64_t i) {

@@ -163,6 +163,9 @@ TransformsJson ReadTransformsJson(const fs::path& path) {
     View view;
     view.image = ImagePath(file, frame.Text("file_path"));
     view.name = frame.TextOr("name", view.image.stem().string());
+    if (view.name.empty() || view.name.find('/') != std::string::npos) {
+      throw frame.Wrong("name", "a file's stem");  // files are named by it
+    }
     view.camera = ReadCamera({frame, top}, view.image);
     view.camera_from_world = ReadPose(frame);
     if (frame.Has("grid")) {

@@ -21,10 +21,10 @@ bool TellsAnError(std::string_view line) {
          StartsWith(line, "terminate called") || StartsWith(line, "  what():");
 }
 
-// A line that starts like this counts as a unit of progress.
-std::function<void(std::string_view)> Counter(Progress& progress, std::string start) {
-  return [&progress, start = std::move(start)](std::string_view line) {
-    if (StartsWith(line, start)) progress.Advance();
+// A line with this text counts as a unit of progress.
+std::function<void(std::string_view)> Counter(Progress& progress, std::string text) {
+  return [&progress, text = std::move(text)](std::string_view line) {
+    if (line.find(text) != std::string_view::npos) progress.Advance();
   };
 }
 
@@ -141,7 +141,7 @@ void Colmap::ImportMatches(const fs::path& list, int num_pairs) {
       "matches_importer",
       {"--database_path", Database().string(), "--match_list_path", list.string(), "--match_type",
        "raw", "--SiftMatching.use_gpu", "0", "--SiftMatching.num_threads", "1"},
-      Counter(progress_, "Matching pair"));
+      Counter(progress_, " - "));
 }
 
 std::vector<fs::path> Colmap::Map(int num_images, MapperEffort effort,

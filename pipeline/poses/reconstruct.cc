@@ -182,17 +182,25 @@ std::optional<ColmapModel> LargestModel(const std::vector<fs::path>& folders) {
   return largest;
 }
 
-ColmapModel MapWithFallbacks(Colmap& colmap, const Photos& photos) {
+ColmapModel MapWithFallbacks(Colmap& colmap, const Photos& photos,
+                             std::vector<std::string>& warnings) {
   const int count = static_cast<int>(photos.files.size());
   std::optional<ColmapModel> best;
+  MapperEffort effort_of_best = MapperEffort::kUsual;
   for (const MapperEffort effort :
        {MapperEffort::kUsual, MapperEffort::kRelaxed, MapperEffort::kLast}) {
     // The last effort is for captures that do not start at all: it takes views that do not fit.
     if (best && effort == MapperEffort::kLast) break;
     std::optional<ColmapModel> model = LargestModel(colmap.Map(count, effort, false));
     if (model && model->images.size() < 2) model.reset();
-    if (model && (!best || model->images.size() > best->images.size())) best = std::move(model);
+    if (model && (!best || model->images.size() > best->images.size())) {
+      best = std::move(model);
+      effort_of_best = effort;
+    }
     if (best && best->images.size() == photos.files.size()) break;
+  }
+  if (best && effort_of_best == MapperEffort::kLast) {
+    warnings.push_back("the photographs share few features or little parallax: poses may be wrong");
   }
   if (best) return std::move(*best);
   throw InputError(PlaceOf(photos.capture),
@@ -231,7 +239,7 @@ bool IsBetter(const ColmapModel& free, const ColmapModel& fixed) {
 ColmapModel Map(Colmap& colmap, const Photos& photos, const ReconstructionOptions& options,
                 Reconstruction& result) {
   constexpr std::size_t kEnoughViews = 8;  // the principal point is weakly bound by fewer
-  ColmapModel model = MapWithFallbacks(colmap, photos);
+  ColmapModel model = MapWithFallbacks(colmap, photos, result.warnings);
   if (!options.refine_principal_point || model.images.size() < photos.files.size() ||
       model.images.size() < kEnoughViews) {
     return model;
@@ -260,8 +268,20 @@ ColmapModel ModelOfKnown(const Photos& photos) {
   return model;
 }
 
+// The share of the verified matches that the points account for: a point that k views see stands for
+// a match of each pair of them. Above 1 where points join matches that were never found.
+double ExplainedShare(const ColmapModel& model, std::int64_t matches) {
+  double explained = 0;
+  for (const auto& [id, point] : model.points) {
+    const auto views = static_cast<double>(point.track.size());
+    explained += views * (views - 1) / 2;
+  }
+  return explained / static_cast<double>(matches);
+}
+
 // The given cameras with the points that COLMAP found for them.
-ColmapModel Triangulate(Colmap& colmap, const Photos& photos, const fs::path& scratch) {
+ColmapModel Triangulate(Colmap& colmap, const Photos& photos, const fs::path& scratch,
+                        std::int64_t matches) {
   const ColmapModel known = ModelOfKnown(photos);
   WriteColmapModel(scratch / "known", known);
   ColmapModel model =
@@ -270,9 +290,12 @@ ColmapModel Triangulate(Colmap& colmap, const Photos& photos, const fs::path& sc
     image.camera_from_world = known.images.at(id).camera_from_world;
   }
   model.cameras = known.cameras;
-  if (model.points.empty()) {
+  // Right cameras explain nearly all, cameras of other photographs about 1 %.
+  constexpr double kLeastExplained = 0.1;
+  if (const double share = ExplainedShare(model, matches); share < kLeastExplained) {
     throw InputError(PlaceOf(photos.capture),
-                     "no point fits the given cameras, though the photographs overlap",
+                     fmt::format("the given cameras fit only {:.0f} % of the photographs' matches",
+                                 100 * share),
                      "check the cameras' axes and that each belongs to its photograph");
   }
   return model;
@@ -312,7 +335,7 @@ Reconstruction Reconstruct(const CaptureRecord& capture, const ReconstructionOpt
                               fmt::format("{} in {} pairs", matching.matches, matching.pairs));
   const bool known = KnownViews(capture).has_value();
   result.model =
-      known ? Triangulate(colmap, photos, scratch) : Map(colmap, photos, options, result);
+      known ? Triangulate(colmap, photos, scratch, matching.matches) : Map(colmap, photos, options, result);
   result.summary.emplace_back("points", fmt::format("{}", result.model.points.size()));
   result.summary.emplace_back("reprojection error",
                               fmt::format("{:.2f} px (RMS)", ReprojectionErrorPx(result.model)));
