@@ -268,8 +268,8 @@ ColmapModel ModelOfKnown(const Photos& photos) {
   return model;
 }
 
-// The share of the verified matches that the points account for: a point that k views see stands for
-// a match of each pair of them. Above 1 where points join matches that were never found.
+// The share of the verified matches that the points account for: a point that k views see stands
+// for a match of each pair of them. Above 1 where points join matches that were never found.
 double ExplainedShare(const ColmapModel& model, std::int64_t matches) {
   double explained = 0;
   for (const auto& [id, point] : model.points) {
@@ -281,7 +281,7 @@ double ExplainedShare(const ColmapModel& model, std::int64_t matches) {
 
 // The given cameras with the points that COLMAP found for them.
 ColmapModel Triangulate(Colmap& colmap, const Photos& photos, const fs::path& scratch,
-                        std::int64_t matches) {
+                        std::int64_t matches, std::vector<std::string>& warnings) {
   const ColmapModel known = ModelOfKnown(photos);
   WriteColmapModel(scratch / "known", known);
   ColmapModel model =
@@ -290,14 +290,14 @@ ColmapModel Triangulate(Colmap& colmap, const Photos& photos, const fs::path& sc
     image.camera_from_world = known.images.at(id).camera_from_world;
   }
   model.cameras = known.cameras;
-  // Right cameras explain nearly all, cameras of other photographs about 1 %.
-  constexpr double kLeastExplained = 0.1;
-  if (const double share = ExplainedShare(model, matches); share < kLeastExplained) {
-    throw InputError(PlaceOf(photos.capture),
-                     fmt::format("the given cameras fit only {:.0f} % of the photographs' matches",
-                                 100 * share),
-                     "check the cameras' axes and that each belongs to its photograph");
-  }
+  // Right cameras explain nearly all, those of other photographs about 1 %.
+  constexpr double kLeastExplained = 0.1, kUsuallyExplained = 0.5;
+  const double share = ExplainedShare(model, matches);
+  const std::string what =
+      fmt::format("the given cameras fit only {:.0f} % of the photographs' matches", 100 * share);
+  const std::string fix = "check the cameras' axes and that each belongs to its photograph";
+  if (share < kLeastExplained) throw InputError(PlaceOf(photos.capture), what, fix);
+  if (share < kUsuallyExplained) warnings.push_back(what + "; " + fix);
   return model;
 }
 
@@ -334,8 +334,8 @@ Reconstruction Reconstruct(const CaptureRecord& capture, const ReconstructionOpt
   result.summary.emplace_back("matches",
                               fmt::format("{} in {} pairs", matching.matches, matching.pairs));
   const bool known = KnownViews(capture).has_value();
-  result.model =
-      known ? Triangulate(colmap, photos, scratch, matching.matches) : Map(colmap, photos, options, result);
+  result.model = known ? Triangulate(colmap, photos, scratch, matching.matches, result.warnings)
+                       : Map(colmap, photos, options, result);
   result.summary.emplace_back("points", fmt::format("{}", result.model.points.size()));
   result.summary.emplace_back("reprojection error",
                               fmt::format("{:.2f} px (RMS)", ReprojectionErrorPx(result.model)));
