@@ -1,12 +1,9 @@
 // Colours of a tile of rays whose nearness is known, blended from the views that see them.
 #pragma once
 
-#include <array>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include "depth/bundle_map.h"
+#include "depth/blend_kernels.h"
 #include "depth/sight.h"
 #include "lightfield/image.h"
 #include "lightfield/ray_source.h"
@@ -14,13 +11,11 @@
 namespace lamella {
 
 struct BlendOptions {
-  int views = 4;      // blended wherever they see the ray
-  int further = 4;    // tried in turn for rays that those do not see
-  bool cubic = true;  // Catmull-Rom, else bilinear
+  int views = 4;          // blended wherever they see the ray
+  int further = 4;        // tried in turn for rays that those do not see
+  bool cubic = true;      // Catmull-Rom, else bilinear
+  float color_scale = 1;  // of the views' colours (ColorPyramid's 2^exponent)
 };
-
-// Rays are blended in tiles of this side, laid out from the bundle's first ray.
-inline constexpr int kTile = 32;
 
 // A tile's views, best first, and a nearness typical of it: of the whole tile, whatever part of it
 // is asked for, so that no value depends on the part.

@@ -33,17 +33,15 @@ bool Usable(const Rgb& c) {
 // where it shows another one.
 std::optional<Rgb> SameSurface(const SourceView& b, const Eigen::Matrix4d& b_from_a,
                                const DepthLevel& level, int x, int y, const Image<Rgb>& color_b) {
-  const double w = static_cast<double>(level.pixels(x + 1, y + 1).inverse_depth);
+  const double w = static_cast<double>(level.Known(x, y));
   const Eigen::Vector4d p = b_from_a * Eigen::Vector4d((x + 0.5) / level.per_color_x,
                                                        (y + 0.5) / level.per_color_y, 1, w);
   if (!(p.z() > 0)) return std::nullopt;
   const double u = p.x() / p.z(), v = p.y() / p.z(), q = p.w() / p.z();
   if (!(u >= 0 && v >= 0 && u < b.width && v < b.height)) return std::nullopt;
   const DepthLevel& there = b.depth[0];
-  const double found = static_cast<double>(there
-                                               .pixels(static_cast<int>(u * there.per_color_x) + 1,
-                                                       static_cast<int>(v * there.per_color_y) + 1)
-                                               .inverse_depth);
+  const double found = static_cast<double>(there.Known(static_cast<int>(u * there.per_color_x),
+                                                       static_cast<int>(v * there.per_color_y)));
   if (found < 0 || std::abs(found - q) > b.softness_absolute + b.softness_relative * q) {
     return std::nullopt;
   }
@@ -65,7 +63,7 @@ PairRatio Compare(const std::vector<SourceView>& views,
   std::array<std::vector<double>, 3> ratios;
   for (int y = step_y / 2; y < level.height; y += step_y) {
     for (int x = step_x / 2; x < level.width; x += step_x) {
-      if (level.pixels(x + 1, y + 1).inverse_depth < 0) continue;
+      if (level.Known(x, y) < 0) continue;
       const Rgb here = (*colors[a])(static_cast<int>((x + 0.5) / level.per_color_x),
                                     static_cast<int>((y + 0.5) / level.per_color_y));
       if (!Usable(here)) continue;

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include <Eigen/LU>
@@ -116,10 +118,21 @@ std::vector<View> ViewsOf(const std::vector<DepthView>& views) {
   return plain;
 }
 
+float LargestColor(const std::vector<const Image<Rgb>*>& colors, const std::vector<Rgb>& gains) {
+  float largest = 0;
+  for (std::size_t k = 0; k < colors.size(); ++k) {
+    for (std::size_t i = 0; i < colors[k]->size(); ++i) {
+      const Rgb c = colors[k]->data()[i];
+      largest = std::max({largest, gains[k].r * c.r, gains[k].g * c.g, gains[k].b * c.b});
+    }
+  }
+  return largest;
+}
+
 class CapturedScene : public RaySource {
  public:
   CapturedScene(std::vector<DepthView> views, const RenderOptions& options)
-      : blend_{options.views, kFurtherViews, options.filter != "bilinear"},
+      : blend_{options.views, kFurtherViews, options.filter != "bilinear", 1},
         target_{options.maps, kFurtherMaps} {
     CheckViews(views);
     centre_ = MeanCentre(views);
@@ -137,8 +150,10 @@ class CapturedScene : public RaySource {
     for (const DepthView& v : views) colors.push_back(&v.color);
     const std::vector<Rgb> gains =
         equalise ? ExposureGains(views_, colors) : std::vector<Rgb>(views.size(), Rgb{1, 1, 1});
+    const int exponent = ColorExponent(LargestColor(colors, gains));
+    blend_.color_scale = std::ldexp(1.0F, exponent);
     for (std::size_t i = 0; i < views.size(); ++i) {
-      views_[i].color = ColorPyramid(views[i].color, gains[i]);
+      views_[i].color = ColorPyramid(views[i].color, gains[i], exponent);
       views[i].color = {};
     }
   }
@@ -208,7 +223,7 @@ class CapturedScene : public RaySource {
     for (double y = 0.5 * step; y < level.height; y += step) {
       for (double x = 0.5 * step; x < level.width; x += step) {
         const int px = static_cast<int>(x), py = static_cast<int>(y);
-        const float w = level.pixels(px + 1, py + 1).inverse_depth;
+        const float w = level.Known(px, py);
         if (w < 0) continue;
         samples.emplace_back(world_from_view * Eigen::Vector4d((px + 0.5) / level.per_color_x,
                                                                (py + 0.5) / level.per_color_y, 1,

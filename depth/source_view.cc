@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "depth/resize_area.h"
+#include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
@@ -13,7 +15,12 @@ namespace {
 constexpr double kStep = 0.5, kStandsOut = 3;  // see SurfaceRule
 constexpr float kLeastConfidence = 1e-3F;
 constexpr float kLargestInverseDepth = 1e20F;  // far from overflow when it is mapped
+constexpr int kHalfExponent = 15;              // 2^16 is beyond the largest half float
 constexpr int kSmallestColorLevel = 8;         // px of the longer side
+
+struct DepthPixel {
+  float inverse_depth = -1, confidence = 0;
+};
 
 DepthPixel FromDepth(float depth, float confidence) {
   if (!(depth > 0)) return {};  // also NaN
@@ -22,7 +29,17 @@ DepthPixel FromDepth(float depth, float confidence) {
   return {std::min(1.0F / depth, kLargestInverseDepth), sure};
 }
 
-void RepeatBorder(Image<DepthPixel>& pixels) {
+void Allocate(DepthLevel& level) {
+  level.inverse_depth = Image<float>(level.width + 2, level.height + 2);
+  level.confidence = Image<float>(level.width + 2, level.height + 2);
+}
+
+void Set(DepthLevel& level, int x, int y, const DepthPixel& pixel) {
+  level.inverse_depth(x + 1, y + 1) = pixel.inverse_depth;
+  level.confidence(x + 1, y + 1) = pixel.confidence;
+}
+
+void RepeatBorder(Image<float>& pixels) {
   const int right = pixels.width() - 1, bottom = pixels.height() - 1;
   for (int y = 1; y < bottom; ++y) {
     pixels(0, y) = pixels(1, y);
@@ -35,11 +52,11 @@ void RepeatBorder(Image<DepthPixel>& pixels) {
 }
 
 // Which neighbours are joined, for all pixels of a padded map: bit 0 to the right, bit 1 downwards.
-Image<std::uint8_t> Joints(const Image<DepthPixel>& pixels, const SurfaceRule& rule) {
+Image<std::uint8_t> Joints(const Image<float>& pixels, const SurfaceRule& rule) {
   const int width = pixels.width(), height = pixels.height();
   Image<std::uint8_t> joints(width, height);
   const auto at = [&](int x, int y) {
-    return pixels(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1)).inverse_depth;
+    return pixels(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1));
   };
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -51,11 +68,11 @@ Image<std::uint8_t> Joints(const Image<DepthPixel>& pixels, const SurfaceRule& r
   return joints;
 }
 
-DepthLevel::Block RangeOf(const Image<DepthPixel>& pixels, const Rect& cells) {
+DepthLevel::Block RangeOf(const Image<float>& pixels, const Rect& cells) {
   DepthLevel::Block block{-1, std::numeric_limits<float>::max()};
   for (int y = cells.y; y <= cells.y + cells.height; ++y) {
     for (int x = cells.x; x <= cells.x + cells.width; ++x) {
-      const float w = pixels(x, y).inverse_depth;
+      const float w = pixels(x, y);
       if (w < 0) continue;
       block.nearest = std::max(block.nearest, w);
       block.farthest = std::min(block.farthest, w);
@@ -66,9 +83,10 @@ DepthLevel::Block RangeOf(const Image<DepthPixel>& pixels, const Rect& cells) {
 
 // Cells and blocks of a level whose pixels are there.
 void Finish(DepthLevel& level, const SurfaceRule& rule) {
-  RepeatBorder(level.pixels);
-  const Image<std::uint8_t> joints = Joints(level.pixels, rule);
-  level.smooth = Image<std::uint8_t>(level.width + 1, level.height + 1);
+  RepeatBorder(level.inverse_depth);
+  RepeatBorder(level.confidence);
+  const Image<std::uint8_t> joints = Joints(level.inverse_depth, rule);
+  level.smooth = Image<std::uint8_t>(level.width + 2, level.height + 2);
   for (int y = 0; y <= level.height; ++y) {
     for (int x = 0; x <= level.width; ++x) {
       const int all = joints(x, y) & 3;
@@ -81,7 +99,7 @@ void Finish(DepthLevel& level, const SurfaceRule& rule) {
     for (int x = 0; x < level.blocks.width(); ++x) {
       const Rect cells{x * kBlock, y * kBlock, std::min(kBlock, level.width + 1 - x * kBlock),
                        std::min(kBlock, level.height + 1 - y * kBlock)};
-      level.blocks(x, y) = RangeOf(level.pixels, cells);
+      level.blocks(x, y) = RangeOf(level.inverse_depth, cells);
     }
   }
 }
@@ -120,21 +138,35 @@ DepthLevel Halved(const DepthLevel& fine, const SurfaceRule& rule) {
   level.extent_y = fine.extent_y / 2;
   level.per_color_x = fine.per_color_x / 2;
   level.per_color_y = fine.per_color_y / 2;
-  level.pixels = Image<DepthPixel>(level.width + 2, level.height + 2);
+  Allocate(level);
   for (int y = 0; y < level.height; ++y) {
     for (int x = 0; x < level.width; ++x) {
       std::array<DepthPixel, 4> square;
       int count = 0;
       for (int v = 2 * y; v < std::min(2 * y + 2, fine.height); ++v) {
         for (int u = 2 * x; u < std::min(2 * x + 2, fine.width); ++u) {
-          square[static_cast<std::size_t>(count++)] = fine.pixels(u + 1, v + 1);
+          square[static_cast<std::size_t>(count++)] = {fine.inverse_depth(u + 1, v + 1),
+                                                       fine.confidence(u + 1, v + 1)};
         }
       }
-      level.pixels(x + 1, y + 1) = Merge(square, count, rule);
+      Set(level, x, y, Merge(square, count, rule));
     }
   }
   Finish(level, rule);
   return level;
+}
+
+// IEEE 754 binary16, to nearest even; negative values are 0, larger ones the largest half.
+std::uint16_t HalfFromFloat(float value) {
+  if (!(value > 0)) return 0;
+  if (value >= 65504.0F) return 0x7BFF;
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const int exponent = static_cast<int>(bits >> 23) - 127;
+  if (exponent < -14) {  // subnormal: a multiple of 2^-24
+    return static_cast<std::uint16_t>(std::nearbyint(std::ldexp(value, 24)));
+  }
+  const std::uint32_t rounded = bits + 0x0FFF + ((bits >> 13) & 1);  // carries into the exponent
+  return static_cast<std::uint16_t>((rounded >> 13) - ((127 - 15) << 10));
 }
 
 ColorLevel Padded(const Image<Rgb>& color, Rgb gain, int picture_width, int picture_height) {
@@ -145,15 +177,17 @@ ColorLevel Padded(const Image<Rgb>& color, Rgb gain, int picture_width, int pict
   level.scale_x = static_cast<float>(level.width) / static_cast<float>(picture_width);
   level.scale_y = static_cast<float>(level.height) / static_cast<float>(picture_height);
   level.pixels = Image<ColorLevel::Pixel>(level.width + 2 * kPad, level.height + 2 * kPad);
-  for (int y = 0; y < level.pixels.height(); ++y) {
-    const Rgb* from = color.row(std::clamp(y - kPad, 0, level.height - 1));
-    ColorLevel::Pixel* to = level.pixels.row(y);
-    for (int x = 0; x < level.pixels.width(); ++x) {
-      const Rgb& p = from[std::clamp(x - kPad, 0, level.width - 1)];
-      to[x] = {{std::max(0.0F, gain.r * p.r), std::max(0.0F, gain.g * p.g),
-                std::max(0.0F, gain.b * p.b), 0.0F}};
+  ParallelFor(0, level.pixels.height(), 32, [&](std::int64_t first, std::int64_t last) {
+    for (int y = static_cast<int>(first); y < static_cast<int>(last); ++y) {
+      const Rgb* from = color.row(std::clamp(y - kPad, 0, level.height - 1));
+      ColorLevel::Pixel* to = level.pixels.row(y);
+      for (int x = 0; x < level.pixels.width(); ++x) {
+        const Rgb& p = from[std::clamp(x - kPad, 0, level.width - 1)];
+        to[x] = {HalfFromFloat(gain.r * p.r), HalfFromFloat(gain.g * p.g),
+                 HalfFromFloat(gain.b * p.b), 0};
+      }
     }
-  }
+  });
   return level;
 }
 
@@ -179,10 +213,10 @@ std::vector<DepthLevel> DepthPyramid(const DepthMap& depth, int color_width, int
   base.extent_y = base.height;
   base.per_color_x = static_cast<double>(base.width) / color_width;
   base.per_color_y = static_cast<double>(base.height) / color_height;
-  base.pixels = Image<DepthPixel>(base.width + 2, base.height + 2);
+  Allocate(base);
   for (int y = 0; y < base.height; ++y) {
     for (int x = 0; x < base.width; ++x) {
-      base.pixels(x + 1, y + 1) = FromDepth(depth.depth(x, y), depth.confidence(x, y));
+      Set(base, x, y, FromDepth(depth.depth(x, y), depth.confidence(x, y)));
     }
   }
   Finish(base, rule);
@@ -194,7 +228,8 @@ std::vector<DepthLevel> DepthPyramid(const DepthMap& depth, int color_width, int
   return levels;
 }
 
-std::vector<ColorLevel> ColorPyramid(const Image<Rgb>& color, Rgb gain) {
+std::vector<ColorLevel> ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent) {
+  gain = std::ldexp(1.0F, exponent) * gain;
   std::vector<Image<Rgb>> pictures;
   std::vector<ColorLevel> levels;
   levels.push_back(Padded(color, gain, color.width(), color.height()));
@@ -209,6 +244,13 @@ std::vector<ColorLevel> ColorPyramid(const Image<Rgb>& color, Rgb gain) {
     levels.push_back(Padded(pictures.back(), gain, color.width(), color.height()));
   }
   return levels;
+}
+
+int ColorExponent(float largest) {
+  if (!(largest > 0) || !std::isfinite(largest)) return 0;
+  int exponent = 0;
+  std::frexp(largest, &exponent);  // largest < 2^exponent
+  return std::clamp(kHalfExponent - exponent, -120, 120);
 }
 
 }  // namespace lamella

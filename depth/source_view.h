@@ -32,11 +32,6 @@ struct SurfaceRule {
   bool Joined(float a, float b, float c, float d) const;
 };
 
-struct DepthPixel {
-  float inverse_depth = -1;  // 1 / world units along the optical axis; 0 at infinity, < 0 unknown
-  float confidence = 0;
-};
-
 // One level of a view's depth: pixels 2^level times as large as those of the depth map. A surface:
 // smooth cells (four neighbouring pixels of one surface) are interpolated, a broken cell is divided
 // among its corners.
@@ -46,9 +41,13 @@ struct DepthLevel {
   double per_color_x = 0, per_color_y = 0;  // level pixels per colour pixel
   // (width + 2) x (height + 2): a border of repeated pixels, so that cells cover the whole picture
   // and lookups need no clamping.
-  Image<DepthPixel> pixels;
-  Image<std::uint8_t>
-      smooth;  // (width + 1) x (height + 1); cell (x, y) is right below pixels(x, y)
+  Image<float> inverse_depth;  // 1 / world units along the optical axis; 0 infinity, < 0 unknown
+  Image<float> confidence;
+  // Of cell (x, y), right below padded pixel (x, y): 1 or 0. As wide as the pixels, with a row more
+  // than cells, so that cell and pixel have one index and a row may be read a little too far.
+  Image<std::uint8_t> smooth;
+
+  float Known(int x, int y) const { return inverse_depth(x + 1, y + 1); }  // unpadded
 
   // Squares of kBlock x kBlock cells with the range of what is known in them.
   struct Block {
@@ -71,10 +70,13 @@ struct DepthLevel {
 std::vector<DepthLevel> DepthPyramid(const DepthMap& depth, int color_width, int color_height,
                                      const SurfaceRule& rule);
 
-// One level of a view's colours, linear, non-negative.
+// One level of a view's colours, linear, non-negative, as half floats of colour * 2^exponent.
 struct ColorLevel {
-  struct alignas(16) Pixel {
-    float channels[4] = {0, 0, 0, 0};  // r, g, b, unused: four lanes
+  struct Pixel {  // 8 bytes: four lanes, and half the memory traffic of floats
+    std::uint16_t r = 0, g = 0, b = 0, unused = 0;
+  };
+  struct alignas(16) Sum {  // of pixels
+    float channels[4] = {0, 0, 0, 0};
   };
   static constexpr int kPad = 2;  // repeated pixels on every side, for 4-tap filters
   int width = 0, height = 0;
@@ -83,7 +85,11 @@ struct ColorLevel {
 };
 
 // Level l is about 2^(-l/2) as large as the picture (area-filtered), so that the nearest level is
-// at most 2^(1/4) off a wanted scale. Colours are multiplied by `gain`.
-std::vector<ColorLevel> ColorPyramid(const Image<Rgb>& color, Rgb gain);
+// at most 2^(1/4) off a wanted scale. Colours are multiplied by `gain` and 2^exponent.
+std::vector<ColorLevel> ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent);
+
+// The exponent with which the largest colour is just below the largest half float, so that 40
+// binary orders of magnitude fit below it.
+int ColorExponent(float largest);
 
 }  // namespace lamella
