@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "pipeline/capture/known_cameras.h"
+#include "pipeline/compare_depth.h"
 #include "pipeline/compare_poses.h"
 #include "pipeline/program/command_line.h"
 
@@ -31,6 +32,28 @@ ExitCode ComparePosesOf(const Pair& pair) {
   return ExitCode::kDone;
 }
 
+ExitCode CompareDepthOf(const Pair& pair) {
+  const DepthComparison result = CompareDepth(pair.a, pair.b);
+  fmt::print(
+      "pixels {}  unknown {}  badpix_0.07 {:.2f} %  badpix_0.03 {:.2f} %  badpix_0.01 {:.2f} %  "
+      "mse_x100 {:.3f}\n",
+      result.pixels, result.unknown, result.bad_07, result.bad_03, result.bad_01, result.mse_x100);
+  return ExitCode::kDone;
+}
+
+// A pair of what to compare, and what compares it.
+void AddPair(CLI::App& parent, Invocation& invocation, const char* name, const char* help,
+             const char* a, const char* b, ExitCode (*compare)(const Pair&)) {
+  CLI::App& app = *parent.add_subcommand(name, help);
+  auto pair = std::make_shared<Pair>();
+  app.add_option("A", pair->a, a)->required();
+  app.add_option("B", pair->b, b)->required();
+  AddGlobalOptions(app, invocation);
+  app.callback([pair, compare, &invocation] {
+    invocation.action = [pair, compare](Progress&) { return compare(*pair); };
+  });
+}
+
 }  // namespace
 
 void AddCompare(CLI::App& program, Invocation& invocation) {
@@ -38,16 +61,14 @@ void AddCompare(CLI::App& program, Invocation& invocation) {
       "compare", "images, poses or depth, against other ones or against truth");
   app.require_subcommand(1);
   AddCompareImages(app, invocation);
-  auto pair = std::make_shared<Pair>();
-  CLI::App& poses = *app.add_subcommand(
-      "poses", "cameras by name, after the best similarity of the world; errors are in units of B");
-  poses.add_option("A", pair->a, "transforms.json, a folder of .camera files or a grid's folder")
-      ->required();
-  poses.add_option("B", pair->b, "the truth, likewise")->required();
-  AddGlobalOptions(poses, invocation);
-  poses.callback([pair, &invocation] {
-    invocation.action = [pair](Progress&) { return ComparePosesOf(*pair); };
-  });
+  AddPair(app, invocation, "poses",
+          "cameras by name, after the best similarity of the world; errors are in units of B",
+          "transforms.json, a folder of .camera files or a grid's folder", "the truth, likewise",
+          ComparePosesOf);
+  AddPair(app, invocation, "depth",
+          "a grid view's depth by the rule of the HCI 4D light field benchmark",
+          "W/depth/NAME.exr of a finished workspace W", "true disparity, px per view step (PFM)",
+          CompareDepthOf);
 }
 
 }  // namespace lamella
