@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "lightfield/error.h"
 #include "pipeline/stages.h"
 #include "pipeline/workspace.h"
 
