@@ -1,0 +1,104 @@
+#include "pipeline/report/preview_page.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/report/page_embedded.h"
+#include "pipeline/report/picture.h"
+
+namespace lamella {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json Eyes(const PreviewPage& page) {
+  Json views = Json::array();
+  for (const PageEye& eye : page.eyes) {
+    const bool finite = eye.psnr_db && std::isfinite(*eye.psnr_db);
+    views.push_back({{"simulated", eye.simulated},
+                     {"target", eye.target},
+                     {"psnr_db", finite ? Json(*eye.psnr_db) : Json()},
+                     {"ssim", eye.ssim},
+                     {"known", eye.known},
+                     {"seen", eye.seen}});
+  }
+  return {{"x_mm", page.x_mm},   {"y_mm", page.y_mm},     {"distance_mm", page.distance_mm},
+          {"clean_box_mm", page.clean_box_mm}, {"width", page.width}, {"height", page.height},
+          {"views", views}};
+}
+
+Json Depth(const PreviewPage& page) {
+  Json views = Json::array(), ticks = Json::array(), colors = Json::array();
+  for (const PageDepthView& view : page.depth_views) {
+    views.push_back({{"name", view.name}, {"photo", view.photo}, {"depth", view.depth},
+                     {"known", view.known}, {"reference", view.reference}});
+  }
+  for (const auto& [at, text] : page.depth_ticks) ticks.push_back({{"at", at}, {"text", text}});
+  constexpr int kColors = 33;
+  for (int i = 0; i < kColors; ++i) {
+    const Rgb8 c = DepthColor(i / (kColors - 1.0));
+    colors.push_back(fmt::format("#{:02x}{:02x}{:02x}", c.r, c.g, c.b));
+  }
+  return {{"views", views}, {"ticks", ticks}, {"colors", colors}, {"note", page.depth_note}};
+}
+
+Json Layers(const PreviewPage& page) {
+  Json layers = Json::array();
+  for (const PageLayer& layer : page.layers) {
+    layers.push_back({{"caption", layer.caption}, {"mean", layer.mean}, {"slots", layer.slots},
+                      {"detail", layer.detail}, {"detail_caption", layer.detail_caption}});
+  }
+  return layers;
+}
+
+Json Metrics(const PreviewPage& page) {
+  Json tables = Json::array();
+  for (const PageTable& table : page.tables) {
+    tables.push_back({{"title", table.title}, {"columns", table.columns}, {"rows", table.rows}});
+  }
+  return {{"note", page.metrics_note}, {"tables", tables}};
+}
+
+Json ToJson(const PreviewPage& page) {
+  Json stages = Json::array();
+  for (const PageStage& stage : page.stages) {
+    stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds},
+                      {"peak_memory_mib", stage.peak_memory_mib}});
+  }
+  return {{"title", page.title},       {"subtitle", page.subtitle}, {"foot", page.foot},
+          {"eyes", Eyes(page)},        {"depth", Depth(page)},      {"layers", Layers(page)},
+          {"slots", page.slots},       {"facts", page.facts},       {"stages", stages},
+          {"warnings", page.warnings}, {"metrics", Metrics(page)}};
+}
+
+// JSON inside a script element: a "</script>" or "<!--" in a view's name must not end it.
+std::string ForScript(const Json& json) {
+  // Names of files need not be UTF-8.
+  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string safe;
+  safe.reserve(text.size());
+  for (const char c : text) {
+    if (c == '<') safe += "\\u003c";
+    else safe += c;
+  }
+  return safe;
+}
+
+}  // namespace
+
+std::string ToHtml(const PreviewPage& page) {
+  std::string html;
+  std::string_view rest = kPageTemplate;
+  const std::pair<std::string_view, std::string> parts[] = {
+      {"@STYLE@", std::string(kPageStyle)}, {"@DATA@", ForScript(ToJson(page))}, {"@SCRIPT@", std::string(kPageScript)}};
+  for (const auto& [mark, text] : parts) {  // in the template's order
+    const std::size_t at = rest.find(mark);
+    html.append(rest.substr(0, at)).append(text);
+    rest.remove_prefix(at + mark.size());
+  }
+  return html.append(rest);
+}
+
+}  // namespace lamella

@@ -1,0 +1,65 @@
+// preview/index.html: one self-contained file in which dragging moves the eye. The page's template,
+// style and script stand beside this file and are part of the program.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lightfield/image.h"
+
+namespace lamella {
+
+// Pictures are data URIs (pipeline/report/picture.h).
+struct PageEye {
+  std::string simulated, target;
+  std::optional<double> psnr_db;  // nothing: equal pictures
+  double ssim = 0;
+  double known = 0;  // share of the display's light that comes from known emitters
+  double seen = 0;   // share of the target that the capture saw
+};
+
+struct PageDepthView {
+  std::string name, photo, depth;
+  double known = 0;  // share of its pixels
+  bool reference = false;
+};
+
+struct PageLayer {
+  std::string caption, mean, detail, detail_caption;
+  std::vector<std::string> slots;  // of every slot, or none where they are too many for a page
+};
+
+struct PageTable {
+  std::string title;
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;
+};
+
+struct PageStage {
+  std::string stage;
+  double seconds = 0, peak_memory_mib = 0;
+};
+
+struct PreviewPage {
+  std::string title, subtitle, foot;
+  std::vector<double> x_mm, y_mm;  // eye positions; x rising, y falling (the highest eye first)
+  double distance_mm = 0, clean_box_mm = 0;
+  int width = 0, height = 0;       // of the eyes' pictures
+  std::vector<PageEye> eyes;       // row by row
+  std::vector<PageDepthView> depth_views;
+  std::vector<std::pair<double, std::string>> depth_ticks;  // share of the scale, text
+  std::string depth_note;
+  std::vector<PageLayer> layers;
+  int slots = 0;  // of a layer
+  std::vector<std::pair<std::string, std::string>> facts;
+  std::vector<PageStage> stages;
+  std::vector<std::string> warnings;
+  std::string metrics_note;
+  std::vector<PageTable> tables;
+};
+
+std::string ToHtml(const PreviewPage& page);
+
+}  // namespace lamella

@@ -1,0 +1,127 @@
+// Writes a preview page of a known scene on a small display: page_fixture FILE.html
+//
+// A yellow F stands 15 mm in front of the reference plane, a white square lies on it at the left, a
+// blue wall with a red right half and a green top stands 15 mm behind. Everything goes through the real
+// simulation and the real page; only the encoder is the tests' plain one.
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "distribute/simulate_eye.h"
+#include "lightfield/atomic_file.h"
+#include "lightfield/image_io.h"
+#include "pipeline/report/picture.h"
+#include "pipeline/report/preview_page.h"
+#include "tests/reference/encode_reference.h"
+
+namespace lamella {
+namespace {
+
+constexpr double kNear = 15, kFar = -15;
+
+bool InsideF(double x, double y) {  // 16 x 24 mm, its stem at the left
+  if (x < -8 || x > 8 || y < -12 || y > 12) return false;
+  return x < -3 || y > 7 || (y > -2 && y < 3 && x < 4);
+}
+
+reference::SceneHit Scene(double x, double y, double slope_x, double slope_y) {
+  const auto at = [&](double z) { return std::pair(x + slope_x * z, y + slope_y * z); };
+  const auto [near_x, near_y] = at(kNear);
+  if (InsideF(near_x, near_y)) return {{0.9F, 0.8F, 0}, kNear};
+  if (std::abs(x + 35) < 6 && std::abs(y) < 6) return {{0.9F, 0.9F, 0.9F}, 0};
+  const auto [far_x, far_y] = at(kFar);
+  return {{far_x > 0 ? 0.5F : 0, far_y > 0 ? 0.4F : 0, 0.3F}, kFar};
+}
+
+Display SmallDisplay() {
+  Display display;
+  display.name = "fixture";
+  display.width_px = 240;
+  display.height_px = 180;
+  display.pitch_mm = 0.5;
+  display.viewing_distance_mm = 400;
+  display.layers = {{-10, 5, {}, true}, {10, 5, {}, false}};
+  return display;
+}
+
+Image<Rgb8> TargetOf(const Eye& eye) {
+  Image<Rgb> picture(eye.width, eye.height);
+  for (int y = 0; y < eye.height; ++y) {
+    for (int x = 0; x < eye.width; ++x) {
+      const double x0 = eye.left_mm + (x + 0.5) * eye.pixel_mm, y0 = eye.top_mm - (y + 0.5) * eye.pixel_mm;
+      picture(x, y) = Scene(x0, y0, (eye.position.x() - x0) / eye.position.z(),
+                            (eye.position.y() - y0) / eye.position.z())
+                          .color;
+    }
+  }
+  return EncodeSrgb8(picture.span());
+}
+
+PageDepthView DepthView() {
+  DepthMap map{Image<float>(160, 120, 2.0F), Image<float>(160, 120, 1.0F)};
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      map.depth(x, y) = x < 30 ? 0.0F : 1.0F + static_cast<float>(x) / 80;
+    }
+  }
+  const Image<Rgb8> photo(160, 120, {90, 120, 150});
+  return {"</script><b>fixture</b>", DataUri(photo.span(), "jpeg"),
+          DataUri(ColoredDepth(map, ScaleOf({&map}), 160).span(), "png"), KnownShare(map), true};
+}
+
+PreviewPage Page() {
+  const Display display = SmallDisplay();
+  const LayerImages layers = reference::EncodeCentreRays(display, Scene);
+  PreviewPage page;
+  page.title = "fixture";
+  page.subtitle = "a known scene";
+  page.distance_mm = display.viewing_distance_mm;
+  page.clean_box_mm = CleanEyeBox(display);
+  Eye eye;
+  eye.pixel_mm = 0.5;
+  eye.width = page.width = 216;
+  eye.height = page.height = 156;
+  eye.left_mm = -54;
+  eye.top_mm = 39;
+  for (int i = -3; i <= 3; ++i) {
+    page.x_mm.push_back(16.0 * i);
+    page.y_mm.push_back(-16.0 * i);
+  }
+  for (const double y : page.y_mm) {
+    for (const double x : page.x_mm) {
+      eye.position = {x, y, display.viewing_distance_mm};
+      const EyePicture seen = SimulateEye(layers, display, eye, 3);
+      page.eyes.push_back({DataUri(EncodeSrgb8(seen.color.span()).span(), "jpeg", 95),
+                           DataUri(TargetOf(eye).span(), "jpeg", 95), 30.0, 0.9, 1.0, 1.0});
+    }
+  }
+  page.depth_views.push_back(DepthView());
+  page.depth_ticks = {{0.0, "2.9"}, {1.0, "1.4"}};
+  for (std::size_t l = 0; l < layers.slots.size(); ++l) {
+    PageLayer layer;
+    layer.caption = "Layer " + std::to_string(l);
+    for (const EmitterImage& slot : layers.slots[l]) {
+      layer.slots.push_back(DataUri(EncodeSrgb8(slot.color.span()).span(), "jpeg"));
+    }
+    layer.mean = layer.detail = layer.slots[0];
+    page.layers.push_back(layer);
+  }
+  page.slots = 9;
+  page.facts = {{"Display", display.name}};
+  page.stages = {{"layers", 1.5, 100}};
+  page.warnings = {"a warning with <i>markup</i>"};
+  page.tables = {{"Captured views", {"view", "dB"}, {{"a", "40.0"}}}};
+  return page;
+}
+
+}  // namespace
+}  // namespace lamella
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: page_fixture FILE.html\n", stderr);
+    return 2;
+  }
+  lamella::WriteTextAtomically(argv[1], lamella::ToHtml(lamella::Page()));
+  return 0;
+}

@@ -1,0 +1,178 @@
+"""The preview page in a real browser, opened from file://: what a drag shows is what the eye would see."""
+
+import argparse
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from webdriver import Browser
+
+PROGRAM = None
+D, NEAR, FAR, PIXEL = 400.0, 15.0, -15.0, 0.5  # of page_fixture.cc, mm
+
+# The centroid (px), the size and the count of the canvas's pixels for which `test` holds.
+CENTROID = """
+const canvas = document.getElementById('eye');
+const p = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+let n = 0, sx = 0, sy = 0;
+for (let i = 0; i < p.length; i += 4) {
+  const r = p[i], g = p[i + 1], b = p[i + 2];
+  if (%s) { ++n; sx += i / 4 %% canvas.width + 0.5; sy += Math.floor(i / 4 / canvas.width) + 0.5; }
+}
+return n ? {x: sx / n, y: sy / n, n} : null;
+"""
+YELLOW = "r > 170 && g > 150 && b < 110"
+WHITE = "r > 170 && g > 170 && b > 170"
+
+
+class PageTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="lamella-page-")
+        cls.page = pathlib.Path(cls.folder.name) / "a page.html"
+        subprocess.run([PROGRAM, cls.page], check=True)
+        cls.browser = Browser().__enter__()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.__exit__()
+        cls.folder.cleanup()
+
+    def setUp(self):
+        self.browser.open(self.page.as_uri())
+        self.settle()
+
+    def settle(self):
+        """Until the last requested picture is on the canvas."""
+        self.browser.run("return new Promise((done) => setTimeout(done, 150));")
+
+    def eye(self):
+        return self.browser.run("const d = document.getElementById('eye').dataset;"
+                                "return [+d.column, +d.row, d.mode];")
+
+    def centroid(self, test):
+        found = self.browser.run(CENTROID % test)
+        self.assertIsNotNone(found, "no such pixels")
+        return found
+
+    def test_loads_without_console_messages_and_starts_in_the_middle(self):
+        self.assertEqual(self.browser.messages(), [])
+        self.assertEqual(self.eye(), [3, 3, "simulated"])
+        self.assertEqual(self.browser.run("return document.title;"), "lamella preview")
+
+    def test_asks_the_network_for_nothing(self):
+        asked = self.browser.run("return performance.getEntriesByType('resource').map((e) => e.name)"
+                                 ".filter((name) => !name.startsWith('data:'));")
+        self.assertEqual(asked, [])
+
+    def test_is_upright_and_not_mirrored(self):
+        middle = self.centroid(YELLOW)
+        self.assertAlmostEqual(middle["x"], 108 + -1.9 / PIXEL, delta=3)  # the F's stem is at the left
+        quarter = YELLOW + " && %s"
+        top = self.centroid(quarter % "Math.floor(i / 4 / canvas.width) < 78")
+        bottom = self.centroid(quarter % "Math.floor(i / 4 / canvas.width) >= 78")
+        self.assertGreater(top["n"], 1.4 * bottom["n"])
+        self.assertGreater(top["x"], bottom["x"] + 4)
+        self.assertLess(self.centroid(WHITE)["x"], 60)
+        red = self.centroid("r > 150 && g < 120 && b > 100")  # right half, bottom
+        self.assertGreater(red["x"], 108)
+        self.assertGreater(red["y"], 78)
+
+    def test_dragging_right_moves_near_things_left_and_far_things_right(self):
+        before, still = self.centroid(YELLOW), self.centroid(WHITE)
+        width = self.browser.run("return document.getElementById('eye').getBoundingClientRect().width;")
+        self.browser.drag("#eye", width / 6 * 2, 0)  # two of the six steps
+        self.settle()
+        self.assertEqual(self.eye(), [5, 3, "simulated"])
+        moved = self.centroid(YELLOW)["x"] - before["x"]
+        self.assertAlmostEqual(moved, -32 * NEAR / (D - NEAR) / PIXEL, delta=0.7)
+        self.assertAlmostEqual(self.centroid(WHITE)["x"], still["x"], delta=0.7)
+        # The wall's right half is red: its border is behind the F, look below it.
+        wall = "r > 120 && g < 100 && b > 80 && Math.floor(i / 4 / canvas.width) > 130"
+        there = self.centroid(wall)
+        self.browser.press("#eye", "home")
+        self.settle()
+        # The border moves by 32 * 15 / 415 mm, and the centroid of what is right of it by half of that.
+        self.assertAlmostEqual(there["x"] - self.centroid(wall)["x"], 0.5 * 32 * -FAR / (D - FAR) / PIXEL, delta=0.5)
+
+    def test_dragging_up_moves_near_things_down(self):
+        before = self.centroid(YELLOW)
+        height = self.browser.run("return document.getElementById('eye').getBoundingClientRect().height;")
+        self.browser.drag("#eye", 0, -height / 6 * 2)
+        self.settle()
+        self.assertEqual(self.eye(), [3, 1, "simulated"])
+        self.assertAlmostEqual(self.centroid(YELLOW)["y"] - before["y"], 32 * NEAR / (D - NEAR) / PIXEL, delta=0.7)
+
+    def test_simulated_and_target_agree_in_place(self):
+        self.browser.press("#eye", "right", "right", "down")
+        self.settle()
+        simulated = self.centroid(YELLOW)
+        self.browser.click("input[value=target]")
+        self.settle()
+        self.assertEqual(self.eye(), [5, 4, "target"])
+        target = self.centroid(YELLOW)
+        self.assertAlmostEqual(simulated["x"], target["x"], delta=1)
+        self.assertAlmostEqual(simulated["y"], target["y"], delta=1)
+        self.browser.click("input[value=difference]")
+        self.settle()
+        dark = self.browser.run(CENTROID % "r < 60 && g < 60 && b < 60")
+        self.assertGreater(dark["n"], 0.6 * 216 * 156)
+
+    def test_a_finger_drags_too_and_the_keys_stop_at_the_last_position(self):
+        width = self.browser.run("return document.getElementById('eye').getBoundingClientRect().width;")
+        self.browser.drag("#eye", -width / 6, 0, pointer="touch")
+        self.settle()
+        self.assertEqual(self.eye()[:2], [2, 3])
+        self.browser.press("#eye", *["up"] * 9)
+        self.settle()
+        self.assertEqual(self.eye()[:2], [2, 0])
+
+    def test_cross_fading_shows_four_positions_and_keeps_the_brightness(self):
+        mean = ("const c = document.getElementById('eye'); const p = c.getContext('2d')"
+                ".getImageData(0, 0, c.width, c.height).data; let s = 0;"
+                "for (let i = 0; i < p.length; ++i) s += p[i]; return s / p.length;")
+        before = self.browser.run(mean)
+        self.browser.click("#blend")
+        box = self.browser.run("const b = document.getElementById('eye').getBoundingClientRect();"
+                               "return [b.width, b.height];")
+        self.browser.drag("#eye", box[0] / 12, box[1] / 12)
+        self.settle()
+        self.assertEqual(self.browser.run("return +document.getElementById('eye').dataset.positions;"), 4)
+        self.assertAlmostEqual(self.browser.run(mean), before, delta=3)
+
+    def test_slots_can_be_stepped_through_and_text_is_only_text(self):
+        first = self.browser.run("return document.getElementById('layer-0').src;")
+        self.browser.press("#slot", "right", "right")
+        second = self.browser.run("return document.getElementById('layer-0').src;")
+        self.assertNotEqual(first, second)
+        self.assertIn("<i>markup</i>", self.browser.run("return document.getElementById('warnings').textContent;"))
+        self.assertEqual(self.browser.run("return document.querySelectorAll('main i, main b').length;"), 0)
+
+    def test_fits_a_phone_and_changes_its_colours(self):
+        for size in ((1280, 900, False), (390, 800, True)):
+            with self.subTest(size=size), Browser(*size) as browser:
+                browser.open(self.page.as_uri())
+                browser.run("return new Promise((done) => setTimeout(done, 200));")
+                width, window = browser.run("return [document.documentElement.scrollWidth, innerWidth];")
+                self.assertLessEqual(width, window)
+                before = browser.run("return getComputedStyle(document.body).backgroundColor;")
+                browser.click("#theme")
+                self.assertNotEqual(browser.run("return getComputedStyle(document.body).backgroundColor;"), before)
+                self.assertEqual(browser.messages(), [])
+
+    def test_every_control_has_a_name(self):
+        unnamed = self.browser.run("""
+            return [...document.querySelectorAll('button, input, canvas, img, svg')].filter((e) =>
+              !(e.getAttribute('aria-label') || e.getAttribute('alt') || e.textContent.trim() ||
+                (e.labels && e.labels.length))).map((e) => e.outerHTML.slice(0, 80));""")
+        self.assertEqual(unnamed, [])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--fixture", required=True, help="the program that writes the page")
+    known, rest = parser.parse_known_args()
+    PROGRAM = known.fixture
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
