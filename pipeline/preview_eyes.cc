@@ -11,11 +11,12 @@
 namespace lamella {
 namespace {
 
-constexpr double kSamePlaceMm = 0.05;   // an eye's position and a camera's
+constexpr double kSamePlaceMm = 0.05;      // an eye's position and a camera's
 constexpr double kRasterTolerance = 0.02;  // px, over the whole picture
 
 // Where the ray of a view's pixel meets z = 0.
-Eigen::Vector2d OnReferencePlane(const View& view, const Placement& placement, double px, double py) {
+Eigen::Vector2d OnReferencePlane(const View& view, const Placement& placement, double px,
+                                 double py) {
   const Rigid world_from_camera = Inverse(view.camera_from_world);
   const Camera& camera = view.camera;
   const Eigen::Vector3d direction((px - camera.cx) / camera.fx, (py - camera.cy) / camera.fy, 1);
@@ -47,15 +48,17 @@ Eye CentralEye(const Display& display, const Placement& placement, const View& r
                const PreviewOptions& options) {
   const int width = reference.camera.width, height = reference.camera.height;
   const Eigen::Vector2d top_left = OnReferencePlane(reference, placement, 0, 0);
-  const Eigen::Vector2d size = (OnReferencePlane(reference, placement, width, height) - top_left)
-                                   .cwiseAbs();
+  const Eigen::Vector2d size =
+      (OnReferencePlane(reference, placement, width, height) - top_left).cwiseAbs();
   Eye eye;
   eye.position = {0, 0, placement.viewing_distance_mm};
-  eye.pixel_mm = options.eye_pixel_mm
-                     ? *options.eye_pixel_mm
-                     : std::max(display.pitch_mm,
-                                std::min(size.x(), display.width_mm()) / options.width_px);
-  const auto count = [&](double mm) { return static_cast<int>(std::floor(mm / eye.pixel_mm + 1e-6)); };
+  eye.pixel_mm =
+      options.eye_pixel_mm
+          ? *options.eye_pixel_mm
+          : std::max(display.pitch_mm, std::min(size.x(), display.width_mm()) / options.width_px);
+  const auto count = [&](double mm) {
+    return static_cast<int>(std::floor(mm / eye.pixel_mm + 1e-6));
+  };
   const Range columns = Within(top_left.x(), eye.pixel_mm, count(size.x()), display.width_mm() / 2);
   const Range rows = Within(-top_left.y(), eye.pixel_mm, count(size.y()), display.height_mm() / 2);
   if (columns.end <= columns.begin || rows.end <= rows.begin) {

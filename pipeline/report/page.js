@@ -317,6 +317,7 @@ byId('subtitle').textContent = data.subtitle;
 byId('foot').textContent = data.foot;
 canvas.width = eyes.width;
 canvas.height = eyes.height;
+canvas.style.setProperty('--aspect', eyes.width / eyes.height);
 showCapture();
 showLayers();
 showFacts();

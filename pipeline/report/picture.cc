@@ -18,7 +18,8 @@ std::string Base64(const std::string& bytes) {
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const auto byte = [&](std::size_t at) {
-      return at < bytes.size() ? static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at])) : 0U;
+      return at < bytes.size() ? static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at]))
+                               : 0U;
     };
     const std::uint32_t bits = byte(i) << 16U | byte(i + 1) << 8U | byte(i + 2);
     text += kDigits[bits >> 18U & 63U];
@@ -51,7 +52,8 @@ std::vector<Span> Spans(int from, int to) {
 }
 
 int HeightFor(int width, int height, int new_width) {
-  return std::max(1, static_cast<int>(std::lround(static_cast<double>(height) * new_width / width)));
+  return std::max(1,
+                  static_cast<int>(std::lround(static_cast<double>(height) * new_width / width)));
 }
 
 Image<Rgb8> Copy(ImageSpan<const Rgb8> codes) {
@@ -138,7 +140,8 @@ Image<Rgb8> ColoredDepth(const DepthMap& map, const DepthScale& scale, int max_w
   Image<Rgb8> picture(width, height);
   const double range = scale.near_inverse - scale.far_inverse;
   for (int y = 0; y < height; ++y) {
-    const int from_y = std::min(from_height - 1, static_cast<int>((y + 0.5) * from_height / height));
+    const int from_y =
+        std::min(from_height - 1, static_cast<int>((y + 0.5) * from_height / height));
     for (int x = 0; x < width; ++x) {
       const int from_x = std::min(from_width - 1, static_cast<int>((x + 0.5) * from_width / width));
       const double depth = static_cast<double>(map.depth(from_x, from_y));

@@ -24,16 +24,23 @@ Json Eyes(const PreviewPage& page) {
                      {"known", eye.known},
                      {"seen", eye.seen}});
   }
-  return {{"x_mm", page.x_mm},   {"y_mm", page.y_mm},     {"distance_mm", page.distance_mm},
-          {"clean_box_mm", page.clean_box_mm}, {"width", page.width}, {"height", page.height},
+  return {{"x_mm", page.x_mm},
+          {"y_mm", page.y_mm},
+          {"distance_mm", page.distance_mm},
+          {"clean_box_mm", page.clean_box_mm},
+          {"width", page.width},
+          {"height", page.height},
           {"views", views}};
 }
 
 Json Depth(const PreviewPage& page) {
   Json views = Json::array(), ticks = Json::array(), colors = Json::array();
   for (const PageDepthView& view : page.depth_views) {
-    views.push_back({{"name", view.name}, {"photo", view.photo}, {"depth", view.depth},
-                     {"known", view.known}, {"reference", view.reference}});
+    views.push_back({{"name", view.name},
+                     {"photo", view.photo},
+                     {"depth", view.depth},
+                     {"known", view.known},
+                     {"reference", view.reference}});
   }
   for (const auto& [at, text] : page.depth_ticks) ticks.push_back({{"at", at}, {"text", text}});
   constexpr int kColors = 33;
@@ -47,8 +54,11 @@ Json Depth(const PreviewPage& page) {
 Json Layers(const PreviewPage& page) {
   Json layers = Json::array();
   for (const PageLayer& layer : page.layers) {
-    layers.push_back({{"caption", layer.caption}, {"mean", layer.mean}, {"slots", layer.slots},
-                      {"detail", layer.detail}, {"detail_caption", layer.detail_caption}});
+    layers.push_back({{"caption", layer.caption},
+                      {"mean", layer.mean},
+                      {"slots", layer.slots},
+                      {"detail", layer.detail},
+                      {"detail_caption", layer.detail_caption}});
   }
   return layers;
 }
@@ -64,7 +74,8 @@ Json Metrics(const PreviewPage& page) {
 Json ToJson(const PreviewPage& page) {
   Json stages = Json::array();
   for (const PageStage& stage : page.stages) {
-    stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds},
+    stages.push_back({{"stage", stage.stage},
+                      {"seconds", stage.seconds},
                       {"peak_memory_mib", stage.peak_memory_mib}});
   }
   return {{"title", page.title},       {"subtitle", page.subtitle}, {"foot", page.foot},
@@ -80,8 +91,10 @@ std::string ForScript(const Json& json) {
   std::string safe;
   safe.reserve(text.size());
   for (const char c : text) {
-    if (c == '<') safe += "\\u003c";
-    else safe += c;
+    if (c == '<')
+      safe += "\\u003c";
+    else
+      safe += c;
   }
   return safe;
 }
@@ -91,8 +104,9 @@ std::string ForScript(const Json& json) {
 std::string ToHtml(const PreviewPage& page) {
   std::string html;
   std::string_view rest = kPageTemplate;
-  const std::pair<std::string_view, std::string> parts[] = {
-      {"@STYLE@", std::string(kPageStyle)}, {"@DATA@", ForScript(ToJson(page))}, {"@SCRIPT@", std::string(kPageScript)}};
+  const std::pair<std::string_view, std::string> parts[] = {{"@STYLE@", std::string(kPageStyle)},
+                                                            {"@DATA@", ForScript(ToJson(page))},
+                                                            {"@SCRIPT@", std::string(kPageScript)}};
   for (const auto& [mark, text] : parts) {  // in the template's order
     const std::size_t at = rest.find(mark);
     html.append(rest.substr(0, at)).append(text);

@@ -46,8 +46,8 @@ struct PreviewPage {
   std::string title, subtitle, foot;
   std::vector<double> x_mm, y_mm;  // eye positions; x rising, y falling (the highest eye first)
   double distance_mm = 0, clean_box_mm = 0;
-  int width = 0, height = 0;       // of the eyes' pictures
-  std::vector<PageEye> eyes;       // row by row
+  int width = 0, height = 0;  // of the eyes' pictures
+  std::vector<PageEye> eyes;  // row by row
   std::vector<PageDepthView> depth_views;
   std::vector<std::pair<double, std::string>> depth_ticks;  // share of the scale, text
   std::string depth_note;

@@ -1,8 +1,8 @@
 // Writes a preview page of a known scene on a small display: page_fixture FILE.html
 //
 // A yellow F stands 15 mm in front of the reference plane, a white square lies on it at the left, a
-// blue wall with a red right half and a green top stands 15 mm behind. Everything goes through the real
-// simulation and the real page; only the encoder is the tests' plain one.
+// blue wall with a red right half and a green top stands 15 mm behind. Everything goes through the
+// real simulation and the real page; only the encoder is the tests' plain one.
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -36,11 +36,15 @@ reference::SceneHit Scene(double x, double y, double slope_x, double slope_y) {
 Display SmallDisplay() {
   Display display;
   display.name = "fixture";
-  display.width_px = 240;
-  display.height_px = 180;
-  display.pitch_mm = 0.5;
+  display.width_px = 480;
+  display.height_px = 360;
+  display.pitch_mm = 0.25;
   display.viewing_distance_mm = 400;
-  display.layers = {{-10, 5, {}, true}, {10, 5, {}, false}};
+  // Neighbouring emitters are seen D p / d0 = 20 mm apart: the positions are whole steps of it, and
+  // what the test measures does not depend on where the eye stands within a step. Each layer's
+  // emitters stand at the depth of the things it shows, where pinholes are sharp.
+  const Barrier barrier{12, 4, 3};
+  display.layers = {{-10, 5, barrier, true}, {5, 5, barrier, false}, {20, 5, barrier, false}};
   return display;
 }
 
@@ -48,7 +52,8 @@ Image<Rgb8> TargetOf(const Eye& eye) {
   Image<Rgb> picture(eye.width, eye.height);
   for (int y = 0; y < eye.height; ++y) {
     for (int x = 0; x < eye.width; ++x) {
-      const double x0 = eye.left_mm + (x + 0.5) * eye.pixel_mm, y0 = eye.top_mm - (y + 0.5) * eye.pixel_mm;
+      const double x0 = eye.left_mm + (x + 0.5) * eye.pixel_mm,
+                   y0 = eye.top_mm - (y + 0.5) * eye.pixel_mm;
       picture(x, y) = Scene(x0, y0, (eye.position.x() - x0) / eye.position.z(),
                             (eye.position.y() - y0) / eye.position.z())
                           .color;
@@ -84,8 +89,8 @@ PreviewPage Page() {
   eye.left_mm = -54;
   eye.top_mm = 39;
   for (int i = -3; i <= 3; ++i) {
-    page.x_mm.push_back(16.0 * i);
-    page.y_mm.push_back(-16.0 * i);
+    page.x_mm.push_back(20.0 * i);
+    page.y_mm.push_back(-20.0 * i);
   }
   for (const double y : page.y_mm) {
     for (const double x : page.x_mm) {

@@ -10,7 +10,7 @@ import unittest
 from webdriver import Browser
 
 PROGRAM = None
-D, NEAR, FAR, PIXEL = 400.0, 15.0, -15.0, 0.5  # of page_fixture.cc, mm
+D, NEAR, FAR, PIXEL, STEP = 400.0, 15.0, -15.0, 0.5, 20.0  # of page_fixture.cc, mm
 
 # The centroid (px), the size and the count of the canvas's pixels for which `test` holds.
 CENTROID = """
@@ -87,15 +87,15 @@ class PageTest(unittest.TestCase):
         self.settle()
         self.assertEqual(self.eye(), [5, 3, "simulated"])
         moved = self.centroid(YELLOW)["x"] - before["x"]
-        self.assertAlmostEqual(moved, -32 * NEAR / (D - NEAR) / PIXEL, delta=0.7)
+        self.assertAlmostEqual(moved, -2 * STEP * NEAR / (D - NEAR) / PIXEL, delta=0.7)
         self.assertAlmostEqual(self.centroid(WHITE)["x"], still["x"], delta=0.7)
         # The wall's right half is red: its border is behind the F, look below it.
         wall = "r > 120 && g < 100 && b > 80 && Math.floor(i / 4 / canvas.width) > 130"
         there = self.centroid(wall)
         self.browser.press("#eye", "home")
         self.settle()
-        # The border moves by 32 * 15 / 415 mm, and the centroid of what is right of it by half of that.
-        self.assertAlmostEqual(there["x"] - self.centroid(wall)["x"], 0.5 * 32 * -FAR / (D - FAR) / PIXEL, delta=0.5)
+        # The border moves by 40 * 15 / 415 mm, and the centroid of what is right of it by half of that.
+        self.assertAlmostEqual(there["x"] - self.centroid(wall)["x"], 0.5 * 2 * STEP * -FAR / (D - FAR) / PIXEL, delta=0.5)
 
     def test_dragging_up_moves_near_things_down(self):
         before = self.centroid(YELLOW)
@@ -103,7 +103,7 @@ class PageTest(unittest.TestCase):
         self.browser.drag("#eye", 0, -height / 6 * 2)
         self.settle()
         self.assertEqual(self.eye(), [3, 1, "simulated"])
-        self.assertAlmostEqual(self.centroid(YELLOW)["y"] - before["y"], 32 * NEAR / (D - NEAR) / PIXEL, delta=0.7)
+        self.assertAlmostEqual(self.centroid(YELLOW)["y"] - before["y"], 2 * STEP * NEAR / (D - NEAR) / PIXEL, delta=0.7)
 
     def test_simulated_and_target_agree_in_place(self):
         self.browser.press("#eye", "right", "right", "down")
@@ -113,8 +113,9 @@ class PageTest(unittest.TestCase):
         self.settle()
         self.assertEqual(self.eye(), [5, 4, "target"])
         target = self.centroid(YELLOW)
-        self.assertAlmostEqual(simulated["x"], target["x"], delta=1)
-        self.assertAlmostEqual(simulated["y"], target["y"], delta=1)
+        # The openings' lattice is 2 px wide and the plain encoder has no prefilter: edges snap to it.
+        self.assertAlmostEqual(simulated["x"], target["x"], delta=1.5)
+        self.assertAlmostEqual(simulated["y"], target["y"], delta=1.5)
         self.browser.click("input[value=difference]")
         self.settle()
         dark = self.browser.run(CENTROID % "r < 60 && g < 60 && b < 60")
