@@ -296,20 +296,34 @@ void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear) {
               OIIO::TypeDesc::UINT8);
 }
 
-void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear, ImageSpan<const float> alpha) {
-  std::vector<std::uint8_t> packed;
-  packed.reserve(4U * static_cast<std::size_t>(linear.width) *
-                 static_cast<std::size_t>(linear.height));
-  for (int y = 0; y < linear.height; ++y) {
-    for (int x = 0; x < linear.width; ++x) {
-      const Rgb p = linear(x, y);
-      const float a = std::clamp(alpha(x, y), 0.0F, 1.0F);
-      packed.insert(packed.end(), {LinearToSrgb8(p.r), LinearToSrgb8(p.g), LinearToSrgb8(p.b),
-                                   static_cast<std::uint8_t>(std::lround(a * 255.0F))});
+Image<Rgb> DecodeSrgb8(ImageSpan<const Rgb8> codes) {
+  Image<Rgb> linear(codes.width, codes.height);
+  for (int y = 0; y < codes.height; ++y) {
+    for (int x = 0; x < codes.width; ++x) {
+      const Rgb8 p = codes(x, y);
+      linear(x, y) = {Srgb8ToLinear(p.r), Srgb8ToLinear(p.g), Srgb8ToLinear(p.b)};
     }
   }
-  WriteBuffer(path, PngSpec(linear.width, linear.height, 4, kForPhotographs), packed.data(),
-              OIIO::TypeDesc::UINT8);
+  return linear;
+}
+
+void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, ImageSpan<const float> alpha) {
+  std::vector<std::uint8_t> packed;
+  packed.reserve(4U * static_cast<std::size_t>(codes.width) *
+                 static_cast<std::size_t>(codes.height));
+  for (int y = 0; y < codes.height; ++y) {
+    for (int x = 0; x < codes.width; ++x) {
+      const Rgb8 p = codes(x, y);
+      const float a = std::clamp(alpha(x, y), 0.0F, 1.0F);
+      packed.insert(packed.end(),
+                    {p.r, p.g, p.b, static_cast<std::uint8_t>(std::lround(a * 255.0F))});
+    }
+  }
+  WriteBuffer(path, PngSpec(codes.width, codes.height, 4, kForPhotographs), packed.data(), OIIO::TypeDesc::UINT8);
+}
+
+void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear, ImageSpan<const float> alpha) {
+  WriteCodes8(path, EncodeSrgb8(linear).span(), alpha);
 }
 
 void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrType type,

@@ -44,6 +44,7 @@ Image<float> ReadAlpha(const std::filesystem::path& path);
 
 // The 8-bit sRGB codes that WriteSrgb8 would write.
 Image<Rgb8> EncodeSrgb8(ImageSpan<const Rgb> linear);
+Image<Rgb> DecodeSrgb8(ImageSpan<const Rgb8> codes);
 
 // PNG, 8 bits, sRGB-encoded; alpha is unassociated and not gamma-encoded.
 void WriteSrgb8(const std::filesystem::path& path, ImageSpan<const Rgb> linear);
@@ -53,6 +54,9 @@ void WriteSrgb8(const std::filesystem::path& path, ImageSpan<const Rgb> linear,
 // `png_level` 1 takes half the time of 6 and a tenth more bytes.
 void WriteCodes8(const std::filesystem::path& path, ImageSpan<const Rgb8> codes,
                  int jpeg_quality = 95, int png_level = 6);
+// PNG of final codes with an unassociated alpha.
+void WriteCodes8(const std::filesystem::path& path, ImageSpan<const Rgb8> codes,
+                 ImageSpan<const float> alpha);
 void WriteGrey8(const std::filesystem::path& path, ImageSpan<const std::uint8_t> codes,
                 int png_level = 6);
 

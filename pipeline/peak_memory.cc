@@ -23,12 +23,16 @@ PeakMemory::PeakMemory() : children_before_mib_(LargestChildMib()) {
   std::ofstream("/proc/self/clear_refs") << "5";  // sets VmHWM back to what is resident now
 }
 
-double PeakMemory::Mib() const {
-  double own = 0;
+double PeakMemory::OwnMib() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmHWM:")) own = std::stod(line.substr(6)) / 1024;
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024;
   }
+  return 0;
+}
+
+double PeakMemory::Mib() const {
+  const double own = OwnMib();
   const double child = LargestChildMib();
   return child > children_before_mib_ ? std::max(own, child) : own;
 }

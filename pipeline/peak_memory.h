@@ -8,6 +8,8 @@ class PeakMemory {
  public:
   PeakMemory();
   double Mib() const;  // of this process, or of its largest finished child where that is more
+  // Of this process alone, since the last PeakMemory was made: while a stretch still runs.
+  static double OwnMib();
 
  private:
   double children_before_mib_;

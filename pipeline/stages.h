@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "depth/estimate.h"
@@ -40,8 +41,14 @@ struct FramesOptions {
 OptionTable Describe(FramesOptions& options);
 
 struct PreviewOptions {
-  int positions = 7;         // eyes per axis
-  double eye_box_mm = 54.3;  // they span +- this at the viewing distance
+  int positions = 7;                   // eyes per axis
+  double eye_box_mm = 54.3;            // they span +- this at the viewing distance
+  std::string eyes;                    // further eyes, "X,Y;X,Y" mm
+  int lines = 4;                       // lines of sight per eye pixel and axis
+  int width_px = 960;                  // of the eyes' pictures, at most
+  std::optional<double> eye_pixel_mm;  // on z = 0; default: the panel's pitch, within width_px
+  int border_px = 24;                  // of the pictures that metrics leave out
+  std::string source = "frames";       // "layers": what frames was made from
 };
 OptionTable Describe(PreviewOptions& options);
 void ApplyQuality(Quality quality, PreviewOptions& options);

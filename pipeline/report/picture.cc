@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "lightfield/color.h"
+#include "depth/resize_area.h"
 #include "lightfield/image_io.h"
 
 namespace lamella {
@@ -30,69 +30,17 @@ std::string Base64(const std::string& bytes) {
   return text;
 }
 
-// The source pixels under target pixel `i`, with the share of each.
-struct Span {
-  int first = 0;
-  std::vector<float> weights;
-};
-
-std::vector<Span> Spans(int from, int to) {
-  std::vector<Span> spans(static_cast<std::size_t>(to));
-  const double scale = static_cast<double>(from) / to;
-  for (int i = 0; i < to; ++i) {
-    Span& span = spans[static_cast<std::size_t>(i)];
-    const double begin = i * scale, end = std::min<double>((i + 1) * scale, from);
-    span.first = static_cast<int>(begin);
-    for (int s = span.first; s < end - 1e-9; ++s) {
-      const double overlap = std::min<double>(end, s + 1) - std::max<double>(begin, s);
-      span.weights.push_back(static_cast<float>(overlap / (end - begin)));
-    }
-  }
-  return spans;
-}
-
 int HeightFor(int width, int height, int new_width) {
   return std::max(1,
                   static_cast<int>(std::lround(static_cast<double>(height) * new_width / width)));
 }
 
-Image<Rgb8> Copy(ImageSpan<const Rgb8> codes) {
-  Image<Rgb8> copy(codes.width, codes.height);
-  for (int y = 0; y < codes.height; ++y) {
-    std::copy(codes.row(y), codes.row(y) + codes.width, copy.row(y));
-  }
-  return copy;
-}
-
 }  // namespace
 
-Image<Rgb8> Shrunk(ImageSpan<const Rgb8> codes, int max_width) {
-  if (codes.width <= max_width) return Copy(codes);
-  const int width = max_width, height = HeightFor(codes.width, codes.height, width);
-  const std::vector<Span> columns = Spans(codes.width, width), rows = Spans(codes.height, height);
-  Image<Rgb8> small(width, height);
-  std::vector<Rgb> sums(static_cast<std::size_t>(width));
-  for (int y = 0; y < height; ++y) {
-    std::fill(sums.begin(), sums.end(), Rgb{});
-    const Span& span = rows[static_cast<std::size_t>(y)];
-    for (std::size_t j = 0; j < span.weights.size(); ++j) {
-      const Rgb8* row = codes.row(span.first + static_cast<int>(j));
-      for (int x = 0; x < width; ++x) {
-        const Span& column = columns[static_cast<std::size_t>(x)];
-        for (std::size_t i = 0; i < column.weights.size(); ++i) {
-          const Rgb8 p = row[column.first + static_cast<int>(i)];
-          sums[static_cast<std::size_t>(x)] +=
-              span.weights[j] * column.weights[i] *
-              Rgb{Srgb8ToLinear(p.r), Srgb8ToLinear(p.g), Srgb8ToLinear(p.b)};
-        }
-      }
-    }
-    for (int x = 0; x < width; ++x) {
-      const Rgb p = sums[static_cast<std::size_t>(x)];
-      small(x, y) = {LinearToSrgb8(p.r), LinearToSrgb8(p.g), LinearToSrgb8(p.b)};
-    }
-  }
-  return small;
+Image<Rgb8> PageCodes(ImageSpan<const Rgb> linear, int max_width) {
+  if (linear.width <= max_width) return EncodeSrgb8(linear);
+  const int height = HeightFor(linear.width, linear.height, max_width);
+  return EncodeSrgb8(ResizeArea(linear, max_width, height).span());
 }
 
 std::string DataUri(ImageSpan<const Rgb8> codes, const std::string& format, int jpeg_quality) {

@@ -9,8 +9,8 @@
 
 namespace lamella {
 
-// At most max_width wide, each pixel the mean of its area in linear light; unchanged where it fits.
-Image<Rgb8> Shrunk(ImageSpan<const Rgb8> codes, int max_width);
+// sRGB codes, at most max_width wide (the mean of each pixel's area in linear light).
+Image<Rgb8> PageCodes(ImageSpan<const Rgb> linear, int max_width);
 
 // "data:image/...;base64,..." of a PNG (format "png") or JPEG ("jpeg").
 std::string DataUri(ImageSpan<const Rgb8> codes, const std::string& format, int jpeg_quality = 85);

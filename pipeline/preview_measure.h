@@ -1,0 +1,42 @@
+// The preview's pictures and how far the display is from the capture at each eye.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "distribute/distribute.h"
+#include "distribute/simulate_eye.h"
+#include "lightfield/display.h"
+#include "lightfield/image.h"
+#include "lightfield/ray_source.h"
+#include "lightfield/view.h"
+#include "pipeline/preview_eyes.h"
+
+namespace lamella {
+
+// 8-bit sRGB codes, as they are written and compared, and what share of a pixel is known or was
+// seen.
+struct PreviewPicture {
+  Image<Rgb8> codes;
+  Image<float> share;
+};
+
+// The scene along the eye's rays. Where a pixel is larger than a view's, it is the mean of up to
+// 8 x 8 rays, one per view pixel.
+PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px);
+PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
+                               int lines);
+// A captured view on the raster of its eye.
+PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured);
+
+struct PreviewMetrics {
+  std::optional<double> psnr_db;  // sRGB; +inf for equal pictures, nothing where no pixel counts
+  std::optional<double> psnr_seen_db;  // over pixels with both shares at least 1/2
+  std::optional<double> ssim;
+};
+PreviewMetrics Compare(const PreviewPicture& a, const PreviewPicture& b, int border_px);
+
+double MeanShare(const PreviewPicture& picture);
+
+}  // namespace lamella

@@ -1,0 +1,350 @@
+#include "pipeline/preview_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
+#include "pipeline/report/picture.h"
+
+namespace lamella {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kDepthViews = 12;        // on the page, spread over the capture
+constexpr int kSmallWidth = 480;       // px, of photographs, depth maps and emitter images
+constexpr int kMostSlotPictures = 72;  // on the page; of more there are only means
+constexpr std::size_t kEyeBytes = 12U << 20U;
+
+// null where there is no number or the pictures are equal.
+Json Number(const std::optional<double>& value) {
+  if (!value || !std::isfinite(*value)) return Json();
+  return std::round(*value * 1e4) / 1e4;
+}
+
+Json ToJson(const PreviewMetrics& metrics) {
+  return {{"psnr_srgb_db", Number(metrics.psnr_db)},
+          {"psnr_srgb_seen_db", Number(metrics.psnr_seen_db)},
+          {"ssim", Number(metrics.ssim)}};
+}
+
+Json PositionOf(const Eye& eye) {
+  const auto rounded = [](double mm) { return std::round(mm * 1e6) / 1e6; };
+  return {rounded(eye.position.x()), rounded(eye.position.y()), rounded(eye.position.z())};
+}
+
+Json ToJson(const EyeResult& eye) {
+  Json json = {{"eye", eye.name},
+               {"position_mm", PositionOf(eye.eye)},
+               {"simulated", "views/eye_" + eye.name + ".png"},
+               {"target", "views/target_" + eye.name + ".png"},
+               {"known", Number(MeanShare(eye.simulated))},
+               {"seen", Number(MeanShare(eye.target))}};
+  json.update(ToJson(eye.metrics));
+  return json;
+}
+
+Json ToJson(const CapturedResult& captured) {
+  return {{"view", captured.view},
+          {"position_mm", PositionOf(captured.eye)},
+          {"pixel_mm", captured.eye.pixel_mm},
+          {"simulated_to_captured", ToJson(captured.simulated_to_captured)},
+          {"direct_to_captured", ToJson(captured.direct_to_captured)},
+          {"simulated_to_direct", ToJson(captured.simulated_to_direct)}};
+}
+
+std::string Decibels(const std::optional<double>& value) {
+  if (!value) return "no pixels";
+  return std::isfinite(*value) ? fmt::format("{:.1f}", *value) : "equal";
+}
+
+std::string Millimetres(double value) { return fmt::format("{:+.1f}", value + 0.0); }
+
+// ---- Pictures ----
+
+// The grid's pictures, simulated and target by turns, as data URIs of at most `width` px.
+std::vector<std::string> EncodeEyes(const PreviewResult& result, int width, int quality) {
+  std::vector<std::string> uris(2 * result.grid.size());
+  ParallelForEach(0, static_cast<std::int64_t>(uris.size()), [&](std::int64_t i) {
+    const std::size_t at = static_cast<std::size_t>(i);
+    const EyeResult& eye = result.grid[at / 2];
+    const Image<Rgb8>& codes = at % 2 == 0 ? eye.simulated.codes : eye.target.codes;
+    uris[at] =
+        codes.width() <= width
+            ? DataUri(codes.span(), "jpeg", quality)
+            : DataUri(PageCodes(DecodeSrgb8(codes.span()).span(), width).span(), "jpeg", quality);
+  });
+  return uris;
+}
+
+void AddEyes(const PreviewResult& result, PreviewPage& page) {
+  struct Effort {
+    int width, quality;
+  };
+  std::vector<std::string> uris;
+  for (const auto [width, quality] :
+       {Effort{640, 85}, {560, 80}, {448, 78}, {320, 75}, {200, 70}}) {
+    uris = EncodeEyes(result, width, quality);
+    std::size_t bytes = 0;
+    for (const std::string& uri : uris) bytes += uri.size();
+    page.width = std::min(width, result.grid[0].eye.width);
+    if (bytes <= kEyeBytes) break;
+  }
+  const Eye& first = result.grid[0].eye;
+  page.height = std::max(1, static_cast<int>(std::lround(static_cast<double>(first.height) *
+                                                         page.width / first.width)));
+  for (std::size_t i = 0; i < result.grid.size(); ++i) {
+    const EyeResult& eye = result.grid[i];
+    page.eyes.push_back({std::move(uris[2 * i]), std::move(uris[2 * i + 1]), eye.metrics.psnr_db,
+                         eye.metrics.ssim.value_or(0), MeanShare(eye.simulated),
+                         MeanShare(eye.target)});
+  }
+}
+
+// Up to kDepthViews of the views, evenly spread, the reference view among them.
+std::vector<std::size_t> DepthViewChoice(const ViewSet& set, const std::string& reference) {
+  std::vector<std::size_t> choice;
+  const std::size_t n = set.views.size(), count = std::min<std::size_t>(n, kDepthViews);
+  for (std::size_t i = 0; i < count; ++i) {
+    choice.push_back(count == 1 ? 0 : i * (n - 1) / (count - 1));
+  }
+  for (std::size_t v = 0; v < n; ++v) {
+    if (set.views[v].name == reference) choice.push_back(v);
+  }
+  std::sort(choice.begin(), choice.end());
+  choice.erase(std::unique(choice.begin(), choice.end()), choice.end());
+  return choice;
+}
+
+DepthMap LoadDepth(const Workspace& workspace, const std::string& view) {
+  const std::filesystem::path path = workspace.Stage("depth") / (view + ".exr");
+  std::vector<Channel> channels = ReadExr(path);
+  return {TakeChannel(channels, "Z", path), TakeChannel(channels, "confidence", path)};
+}
+
+void AddDepth(const Workspace& workspace, const ViewSet& set, const Placement& placement,
+              PreviewPage& page) {
+  const std::vector<std::size_t> choice = DepthViewChoice(set, placement.reference_view);
+  std::vector<DepthMap> maps;
+  std::vector<const DepthMap*> pointers;
+  for (const std::size_t v : choice) maps.push_back(LoadDepth(workspace, set.views[v].name));
+  for (const DepthMap& map : maps) pointers.push_back(&map);
+  const DepthScale scale = ScaleOf(pointers);
+  page.depth_views.resize(choice.size());
+  ParallelForEach(0, static_cast<std::int64_t>(choice.size()), [&](std::int64_t i) {
+    const std::size_t at = static_cast<std::size_t>(i);
+    const View& view = set.views[choice[at]];
+    const bool reference = view.name == placement.reference_view;
+    const int width = reference ? 2 * kSmallWidth : kSmallWidth;
+    page.depth_views[at] = {
+        view.name, DataUri(PageCodes(ReadImage(view.image).span(), width).span(), "jpeg", 82),
+        DataUri(ColoredDepth(maps[at], scale, width).span(), "png"), KnownShare(maps[at]),
+        reference};
+  });
+  constexpr int kTicks = 5;
+  for (int i = 0; i < kTicks; ++i) {
+    const double share = i / (kTicks - 1.0), inverse = scale.InverseAt(share);
+    const double depth = inverse > 0 ? 1 / inverse : std::numeric_limits<double>::infinity();
+    page.depth_ticks.emplace_back(
+        share, fmt::format("{}\n{} mm", inverse > 0 ? fmt::format("{:.4g}", depth) : "\u221e",
+                           Millimetres(placement.ZFromDepth(depth))));
+  }
+  page.depth_note =
+      "Depth along the view's axis in world units, coloured by its inverse (blue far, red near); "
+      "below, where that depth of the reference view lies in the display.";
+}
+
+Image<Rgb> MeanOfSlots(const std::vector<EmitterImage>& slots) {
+  Image<Rgb> mean(slots[0].color.width(), slots[0].color.height());
+  const float weight = 1.0F / static_cast<float>(slots.size());
+  for (const EmitterImage& slot : slots) {
+    for (std::size_t i = 0; i < mean.size(); ++i) mean.data()[i] += weight * slot.color.data()[i];
+  }
+  return mean;
+}
+
+PageLayer LayerOnPage(const Layer& layer, std::size_t index, const std::vector<EmitterImage>& slots,
+                      bool with_slots) {
+  PageLayer page;
+  page.caption = fmt::format("Layer {} at {} mm{}", index, Millimetres(layer.position_mm),
+                             layer.mirror_x ? ", its panel seen in a mirror" : "");
+  page.mean = DataUri(PageCodes(MeanOfSlots(slots).span(), kSmallWidth).span(), "jpeg", 82);
+  page.slots.resize(with_slots ? slots.size() : 0);
+  ParallelForEach(0, static_cast<std::int64_t>(page.slots.size()), [&](std::int64_t s) {
+    const std::size_t at = static_cast<std::size_t>(s);
+    page.slots[at] = DataUri(PageCodes(slots[at].color.span(), kSmallWidth).span(), "jpeg", 80);
+  });
+  const Image<Rgb>& first = slots[0].color;
+  const int width = std::min(96, first.width()), height = std::min(64, first.height());
+  const Rect middle{(first.width() - width) / 2, (first.height() - height) / 2, width, height};
+  page.detail = DataUri(EncodeSrgb8(first.span().Sub(middle)).span(), "png");
+  page.detail_caption =
+      fmt::format("The middle {} x {} emitters of slot 0, one by one", width, height);
+  return page;
+}
+
+// ---- Text ----
+
+std::string ListOfLayers(const Display& display) {
+  std::string text;
+  for (const Layer& layer : display.layers) {
+    text += (text.empty() ? "" : ", ") + Millimetres(layer.position_mm);
+  }
+  return text + " mm";
+}
+
+void AddFacts(const LayersRecord& record, const PreviewResult& result,
+              const PreviewOptions& options, PreviewPage& page) {
+  const Display& display = record.display;
+  const Placement& p = record.placement;
+  const Layer& layer = display.layers[0];
+  const auto add = [&](const std::string& name, const std::string& value) {
+    page.facts.emplace_back(name, value);
+  };
+  add("Display", display.name);
+  add("Panels",
+      fmt::format("{} x {} px of {:.4g} mm, {} layers at {}", display.width_px, display.height_px,
+                  display.pitch_mm, display.layers.size(), ListOfLayers(display)));
+  add("Barrier", fmt::format("{0}x{0} px every {1} px, {2} time slots", layer.barrier.aperture_px,
+                             layer.barrier.period_px, layer.barrier.slots * layer.barrier.slots));
+  add("Brightness", fmt::format("{:.2f} % of an emitter's light reaches the eye",
+                                100 * Brightness(display, layer)));
+  add("Reference view", p.reference_view);
+  add("Depth placed", fmt::format("{:.4g} to {:.4g} world units", p.near, p.far));
+  add("in the display",
+      fmt::format("{} to {} mm (front positive)", Millimetres(p.near_mm), Millimetres(p.far_mm)));
+  add("Depth budget", fmt::format("\u00b1{:.1f} mm at full resolution", DepthBudgetMm(display)));
+  add("One view pixel", fmt::format("{:.4f} mm on the plane z = 0", p.mm_per_view_px));
+  add("Viewing distance", fmt::format("{:.0f} mm", p.viewing_distance_mm));
+  add("Display rays seen",
+      fmt::format("{:.1f} % by a captured view; {:.1f} % of those through "
+                  "the picture",
+                  100 * record.seen_share, 100 * record.seen_share_in_picture));
+  const Eye& eye = result.grid[0].eye;
+  add("Eye pictures", fmt::format("{} x {} px of {:.4f} mm, {} x {} lines of sight each", eye.width,
+                                  eye.height, eye.pixel_mm, options.lines, options.lines));
+  add("Simulated from", options.source == "frames"
+                            ? "the panels' 8-bit images, decoded back"
+                            : "the layers' emitter images before they become frames");
+}
+
+void AddTables(const PreviewResult& result, PreviewPage& page) {
+  const auto position = [](const Eye& eye) {
+    return Millimetres(eye.position.x()) + ", " + Millimetres(eye.position.y());
+  };
+  if (!result.further.empty()) {
+    PageTable table{"Further eyes, simulated against target",
+                    {"Eye, mm", "PSNR, dB (sRGB)", "of seen pixels", "SSIM"},
+                    {}};
+    for (const EyeResult& eye : result.further) {
+      table.rows.push_back({position(eye.eye), Decibels(eye.metrics.psnr_db),
+                            Decibels(eye.metrics.psnr_seen_db),
+                            fmt::format("{:.3f}", eye.metrics.ssim.value_or(0))});
+    }
+    page.tables.push_back(std::move(table));
+  }
+  if (result.captured.empty()) return;
+  PageTable table{"Captured views that stand at an eye position, PSNR in dB (sRGB)",
+                  {"View", "Eye, mm", "Simulated against captured",
+                   "Direct rendering against captured", "Simulated against direct rendering"},
+                  {}};
+  for (const CapturedResult& captured : result.captured) {
+    table.rows.push_back({captured.view, position(captured.eye),
+                          Decibels(captured.simulated_to_captured.psnr_db),
+                          Decibels(captured.direct_to_captured.psnr_db),
+                          Decibels(captured.simulated_to_direct.psnr_db)});
+  }
+  page.tables.push_back(std::move(table));
+}
+
+}  // namespace
+
+GridMeans MeansOf(const PreviewResult& result) {
+  GridMeans means;
+  means.worst_psnr_db = std::numeric_limits<double>::infinity();
+  double finite = 0;
+  const double n = static_cast<double>(result.grid.size());
+  for (const EyeResult& eye : result.grid) {
+    const std::optional<double>& psnr = eye.metrics.psnr_db;
+    if (psnr && std::isfinite(*psnr)) {
+      means.psnr_db += *psnr;
+      means.worst_psnr_db = std::min(means.worst_psnr_db, *psnr);
+      ++finite;
+    }
+    means.ssim += eye.metrics.ssim.value_or(0) / n;
+    means.known += MeanShare(eye.simulated) / n;
+    means.seen += MeanShare(eye.target) / n;
+  }
+  means.psnr_db = finite > 0 ? means.psnr_db / finite : means.worst_psnr_db;
+  return means;
+}
+
+std::string MetricsJson(const PreviewResult& result, const PreviewOptions& options) {
+  Json grid = Json::array(), further = Json::array(), captured = Json::array();
+  for (const EyeResult& eye : result.grid) grid.push_back(ToJson(eye));
+  for (const EyeResult& eye : result.further) further.push_back(ToJson(eye));
+  for (const CapturedResult& view : result.captured) captured.push_back(ToJson(view));
+  const Eye& eye = result.grid[0].eye;
+  const GridMeans means = MeansOf(result);
+  const Json json = {{"format_version", 1},
+                     {"border_px", options.border_px},
+                     {"lines", options.lines},
+                     {"source", options.source},
+                     {"width_px", eye.width},
+                     {"height_px", eye.height},
+                     {"pixel_mm", eye.pixel_mm},
+                     {"left_mm", eye.left_mm},
+                     {"top_mm", eye.top_mm},
+                     {"mean",
+                      {{"psnr_srgb_db", Number(means.psnr_db)},
+                       {"worst_psnr_srgb_db", Number(means.worst_psnr_db)},
+                       {"ssim", Number(means.ssim)},
+                       {"known", Number(means.known)},
+                       {"seen", Number(means.seen)}}},
+                     {"eyes", grid},
+                     {"further_eyes", further},
+                     {"captured_views", captured}};
+  return json.dump(1) + "\n";
+}
+
+PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& record,
+                            const ViewSet& set, const LayerImages& layers,
+                            const PreviewResult& result, const PreviewOptions& options) {
+  const Display& display = record.display;
+  PreviewPage page;
+  page.title = fmt::format("{} views on {}", set.views.size(), display.name);
+  page.subtitle = fmt::format("Layers at {}, seen from {:.0f} mm", ListOfLayers(display),
+                              record.placement.viewing_distance_mm);
+  page.foot = fmt::format("Made by lamella {}. This file needs no network.", ProgramVersion());
+  const std::size_t n = static_cast<std::size_t>(options.positions);
+  for (std::size_t i = 0; i < n; ++i) {
+    page.x_mm.push_back(result.grid[i].eye.position.x());
+    page.y_mm.push_back(result.grid[i * n].eye.position.y());
+  }
+  page.distance_mm = record.placement.viewing_distance_mm;
+  page.clean_box_mm = CleanEyeBox(display);
+  AddEyes(result, page);
+  AddDepth(workspace, set, record.placement, page);
+  std::size_t slots = 0;
+  for (const auto& layer : layers.slots) slots += layer.size();
+  page.slots = static_cast<int>(layers.slots[0].size());
+  for (std::size_t l = 0; l < layers.slots.size(); ++l) {
+    page.layers.push_back(
+        LayerOnPage(display.layers[l], l, layers.slots[l], slots <= kMostSlotPictures));
+  }
+  AddFacts(record, result, options, page);
+  page.metrics_note = fmt::format(
+      "8-bit sRGB codes; a border of {} px is left out. The target is the capture rendered along "
+      "the same lines of sight without a display; both miss what no camera saw.",
+      options.border_px);
+  AddTables(result, page);
+  return page;
+}
+
+}  // namespace lamella

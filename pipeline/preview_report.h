@@ -1,0 +1,49 @@
+// What the preview says: metrics.json and the page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lightfield/view.h"
+#include "pipeline/layers_record.h"
+#include "pipeline/preview_measure.h"
+#include "pipeline/report/preview_page.h"
+#include "pipeline/stages.h"
+#include "pipeline/workspace.h"
+
+namespace lamella {
+
+struct EyeResult {
+  std::string name;  // RR_CC of the grid, "further_NN" of options.eyes
+  Eye eye;
+  PreviewPicture simulated, target;
+  PreviewMetrics metrics;
+};
+
+struct CapturedResult {
+  std::string view;
+  Eye eye;
+  PreviewMetrics simulated_to_captured, direct_to_captured, simulated_to_direct;
+};
+
+struct PreviewResult {
+  std::vector<EyeResult> grid, further;  // the grid row by row, the highest first
+  std::vector<CapturedResult> captured;
+};
+
+// Means over the grid, for the stage's summary; pictures without an error are left out of a mean
+// of decibels.
+struct GridMeans {
+  double psnr_db = 0, worst_psnr_db = 0, ssim = 0, known = 0, seen = 0;
+};
+GridMeans MeansOf(const PreviewResult& result);
+
+std::string MetricsJson(const PreviewResult& result, const PreviewOptions& options);
+
+// The page but for its stages and warnings. Its eyes' pictures are made as small as the page's
+// 20 MB ask for.
+PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& record,
+                            const ViewSet& set, const LayerImages& layers,
+                            const PreviewResult& result, const PreviewOptions& options);
+
+}  // namespace lamella

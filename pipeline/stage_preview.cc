@@ -1,0 +1,239 @@
+// The stage preview: simulated eyes, how far they are from the capture, and the page.
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "distribute/place.h"
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
+#include "pipeline/capture_source.h"
+#include "pipeline/layers_record.h"
+#include "pipeline/peak_memory.h"
+#include "pipeline/poses_record.h"
+#include "pipeline/preview_eyes.h"
+#include "pipeline/preview_measure.h"
+#include "pipeline/preview_report.h"
+#include "pipeline/report/preview_page.h"
+#include "pipeline/stages.h"
+
+namespace lamella {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// A captured view's eye with what is rendered there directly, before the layers are loaded.
+struct DirectView {
+  CapturedEye at;
+  PreviewPicture captured, direct;
+};
+
+void AddEyes(const std::vector<Eigen::Vector2d>& positions, const Eye& central, const auto& name_of,
+             std::vector<EyeResult>& eyes) {
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    EyeResult result;
+    result.name = name_of(static_cast<int>(i));
+    result.eye = central;
+    result.eye.position.head<2>() = positions[i];
+    eyes.push_back(std::move(result));
+  }
+}
+
+// Pictures and metrics of all eyes. Targets come first, so that the capture and the emitter images
+// are never in memory together.
+void RenderTargets(const RaySource& placed, double mm_per_view_px, PreviewResult& result,
+                   std::vector<DirectView>& direct, Progress& progress) {
+  progress.Start(
+      "preview: targets",
+      static_cast<std::int64_t>(result.grid.size() + result.further.size() + direct.size()),
+      "eyes");
+  for (std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
+    for (EyeResult& eye : *eyes) {
+      eye.target = RenderTarget(placed, eye.eye, mm_per_view_px);
+      progress.Advance();
+    }
+  }
+  for (DirectView& view : direct) {
+    view.direct = RenderTarget(placed, view.at.eye, mm_per_view_px);
+    progress.Advance();
+  }
+}
+
+void Simulate(const LayerImages& layers, const Display& display, const PreviewOptions& options,
+              PreviewResult& result, const std::vector<DirectView>& direct, const ViewSet& set,
+              Progress& progress) {
+  progress.Start(
+      "preview: simulated eyes",
+      static_cast<std::int64_t>(result.grid.size() + result.further.size() + direct.size()),
+      "eyes");
+  for (std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
+    for (EyeResult& eye : *eyes) {
+      eye.simulated = RenderSimulated(layers, display, eye.eye, options.lines);
+      eye.metrics = Compare(eye.simulated, eye.target, options.border_px);
+      progress.Advance();
+    }
+  }
+  for (const DirectView& view : direct) {
+    const PreviewPicture seen = RenderSimulated(layers, display, view.at.eye, options.lines);
+    result.captured.push_back({set.views[static_cast<std::size_t>(view.at.view)].name, view.at.eye,
+                               Compare(seen, view.captured, options.border_px),
+                               Compare(view.direct, view.captured, options.border_px),
+                               Compare(seen, view.direct, options.border_px)});
+    progress.Advance();
+  }
+}
+
+void WriteViews(const std::filesystem::path& folder, const PreviewResult& result) {
+  CreateFolder(folder);
+  std::vector<const EyeResult*> eyes;
+  for (const EyeResult& eye : result.grid) eyes.push_back(&eye);
+  for (const EyeResult& eye : result.further) eyes.push_back(&eye);
+  ParallelForEach(0, static_cast<std::int64_t>(eyes.size()), [&](std::int64_t i) {
+    const EyeResult& eye = *eyes[static_cast<std::size_t>(i)];
+    WriteCodes8(folder / ("eye_" + eye.name + ".png"), eye.simulated.codes.span());
+    WriteCodes8(folder / ("target_" + eye.name + ".png"), eye.target.codes.span(),
+                eye.target.share.span());
+  });
+}
+
+std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewResult& result) {
+  std::vector<std::string> warnings;
+  const double box = CleanEyeBox(record.display);
+  const auto outside = std::count_if(result.grid.begin(), result.grid.end(), [&](const auto& eye) {
+    return eye.eye.position.template head<2>().cwiseAbs().maxCoeff() > box;
+  });
+  if (outside > 0) {
+    warnings.push_back(fmt::format(
+        "{} of {} eyes stand outside the display's clean eye box of +-{:.0f} mm and see light of "
+        "neighbouring windows",
+        outside, result.grid.size(), box));
+  }
+  const double seen = MeansOf(result).seen;
+  if (seen < 0.9) {
+    warnings.push_back(fmt::format(
+        "{:.0f} % of the eyes' pictures were seen by no captured view: the display is black there",
+        100 * (1 - seen)));
+  }
+  return warnings;
+}
+
+StageReport ReportOf(const LayersRecord& record, const PreviewResult& result,
+                     const PreviewOptions& options) {
+  const GridMeans means = MeansOf(result);
+  StageReport report;
+  report.summary = {
+      {"eyes", fmt::format("{0} x {0} within +-{1:g} mm", options.positions, options.eye_box_mm)},
+      {"mean PSNR against direct rendering (sRGB)",
+       fmt::format("{:.2f} dB, worst {:.2f} dB", means.psnr_db, means.worst_psnr_db)},
+      {"mean SSIM", fmt::format("{:.4f}", means.ssim)},
+      {"seen by the capture", fmt::format("{:.1f} %", 100 * means.seen)}};
+  for (const CapturedResult& view : result.captured) {
+    report.summary.emplace_back("against captured view " + view.view,
+                                fmt::format("simulated {:.2f} dB, direct {:.2f} dB",
+                                            view.simulated_to_captured.psnr_db.value_or(0),
+                                            view.direct_to_captured.psnr_db.value_or(0)));
+  }
+  report.warnings = WarningsOf(record, result);
+  return report;
+}
+
+// The times and warnings of the stages before, and of this one so far.
+void AddStages(const Workspace& workspace, const StageReport& own, Clock::time_point start,
+               PreviewPage& page) {
+  for (const char* stage : {"capture", "poses", "depth", "layers", "frames"}) {
+    const std::optional<StageRecord> record = LoadStageRecord(workspace, stage);
+    if (!record) continue;
+    page.stages.push_back({stage, record->seconds, record->peak_memory_mib});
+    for (const std::string& warning : record->report.warnings) {
+      page.warnings.push_back(fmt::format("{}: {}", stage, warning));
+    }
+    if (!record->report.missed_gate.empty()) {
+      page.warnings.push_back(fmt::format("{}: {}", stage, record->report.missed_gate));
+    }
+  }
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  page.stages.push_back({"preview (until this page)", seconds, PeakMemory::OwnMib()});
+  for (const std::string& warning : own.warnings) page.warnings.push_back("preview: " + warning);
+}
+
+}  // namespace
+
+OptionTable Describe(PreviewOptions& options) {
+  return {"preview",
+          {{"positions", "eye positions per axis", &options.positions, 1, 31},
+           {"eye_box_mm", "the positions span +- this at the viewing distance, mm",
+            &options.eye_box_mm, 0, 1e4},
+           {"eyes", "further eyes to simulate and compare, \"X,Y;X,Y\" in mm", &options.eyes},
+           {"lines", "lines of sight per eye pixel and axis", &options.lines, 1, 16},
+           {"width_px", "the eyes' pictures are at most so wide", &options.width_px, 16, 16384},
+           {"eye_pixel_mm",
+            "size of the eyes' pixels on z = 0, mm (default: the panel's pitch, or "
+            "what width_px asks for)",
+            &options.eye_pixel_mm, 1e-3, 1e3},
+           {"border_px", "the metrics leave out a border of so many pixels", &options.border_px, 0,
+            4096},
+           {"source",
+            "simulate from the panels' images or from the emitter images they were made of",
+            &options.source,
+            {},
+            {},
+            {"frames", "layers"}}}};
+}
+
+void ApplyQuality(Quality quality, PreviewOptions& options) {
+  options.lines = quality == Quality::kDraft ? 2 : 4;
+  options.width_px = quality == Quality::kDraft ? 640 : quality == Quality::kBalanced ? 960 : 1920;
+}
+
+StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options,
+                       const RenderOptions& render, StageRun& run, Progress& progress) {
+  const Clock::time_point start = Clock::now();
+  const LayersRecord record = LoadLayersRecord(workspace);
+  const ViewSet set = LoadViewSet(workspace);
+  const Eye central =
+      CentralEye(record.display, record.placement,
+                 ReferenceView(set.views, record.placement.reference_view), options);
+  PreviewResult result;
+  std::vector<Eigen::Vector2d> positions = EyeGrid(options);
+  const std::vector<Eigen::Vector2d> further = ParseEyes(options.eyes);
+  AddEyes(
+      positions, central,
+      [&](int i) {
+        return fmt::format("{:02}_{:02}", i / options.positions, i % options.positions);
+      },
+      result.grid);
+  AddEyes(
+      further, central, [](int i) { return fmt::format("further_{:02}", i); }, result.further);
+  positions.insert(positions.end(), further.begin(), further.end());
+  std::vector<DirectView> direct;
+  for (CapturedEye& eye :
+       CapturedEyes(set.views, record.placement, record.display, positions, central.pixel_mm)) {
+    const View& view = set.views[static_cast<std::size_t>(eye.view)];
+    direct.push_back({eye, CapturedPicture(view, eye), {}});
+  }
+  {
+    const std::unique_ptr<RaySource> source = LoadCaptureSource(workspace, render);
+    const std::unique_ptr<RaySource> placed = Placed(*source, record.placement);
+    RenderTargets(*placed, record.placement.mm_per_view_px, result, direct, progress);
+  }
+  const LayerImages layers = LoadLayerImages(workspace, record);
+  Simulate(layers, record.display, options, result, direct, set, progress);
+  progress.Start("preview: files", 3, "parts");
+  WriteViews(run.folder() / "views", result);
+  progress.Advance();
+  WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
+  const StageReport report = ReportOf(record, result, options);
+  PreviewPage page = MakePreviewPage(workspace, record, set, layers, result, options);
+  progress.Advance();
+  AddStages(workspace, report, start, page);
+  WriteTextAtomically(run.folder() / "index.html", ToHtml(page));
+  progress.Advance();
+  return report;
+}
+
+}  // namespace lamella
