@@ -319,7 +319,8 @@ void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, ImageSpan<co
                     {p.r, p.g, p.b, static_cast<std::uint8_t>(std::lround(a * 255.0F))});
     }
   }
-  WriteBuffer(path, PngSpec(codes.width, codes.height, 4, kForPhotographs), packed.data(), OIIO::TypeDesc::UINT8);
+  WriteBuffer(path, PngSpec(codes.width, codes.height, 4, kForPhotographs), packed.data(),
+              OIIO::TypeDesc::UINT8);
 }
 
 void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear, ImageSpan<const float> alpha) {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "pipeline/depth_record.h"
 #include "pipeline/report/picture.h"
 
 namespace lamella {
@@ -122,18 +122,14 @@ std::vector<std::size_t> DepthViewChoice(const ViewSet& set, const std::string& 
   return choice;
 }
 
-DepthMap LoadDepth(const Workspace& workspace, const std::string& view) {
-  const std::filesystem::path path = workspace.Stage("depth") / (view + ".exr");
-  std::vector<Channel> channels = ReadExr(path);
-  return {TakeChannel(channels, "Z", path), TakeChannel(channels, "confidence", path)};
-}
-
 void AddDepth(const Workspace& workspace, const ViewSet& set, const Placement& placement,
               PreviewPage& page) {
   const std::vector<std::size_t> choice = DepthViewChoice(set, placement.reference_view);
   std::vector<DepthMap> maps;
   std::vector<const DepthMap*> pointers;
-  for (const std::size_t v : choice) maps.push_back(LoadDepth(workspace, set.views[v].name));
+  for (const std::size_t v : choice) {
+    maps.push_back(LoadDepthMap(workspace.Stage("depth") / (set.views[v].name + ".exr")));
+  }
   for (const DepthMap& map : maps) pointers.push_back(&map);
   const DepthScale scale = ScaleOf(pointers);
   page.depth_views.resize(choice.size());

@@ -14,6 +14,7 @@
 #include "lightfield/parallel.h"
 #include "pipeline/capture_source.h"
 #include "pipeline/layers_record.h"
+#include "pipeline/panel_images.h"
 #include "pipeline/peak_memory.h"
 #include "pipeline/poses_record.h"
 #include "pipeline/preview_eyes.h"
@@ -217,11 +218,12 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
     direct.push_back({eye, CapturedPicture(view, eye), {}});
   }
   {
-    const std::unique_ptr<RaySource> source = LoadCaptureSource(workspace, render);
+    const std::unique_ptr<RaySource> source = LoadCaptureSource(workspace, render, progress);
     const std::unique_ptr<RaySource> placed = Placed(*source, record.placement);
     RenderTargets(*placed, record.placement.mm_per_view_px, result, direct, progress);
   }
-  const LayerImages layers = LoadLayerImages(workspace, record);
+  const LayerImages layers = options.source == "frames" ? LoadPanelImages(workspace, record)
+                                                        : LoadLayerImages(workspace, record);
   Simulate(layers, record.display, options, result, direct, set, progress);
   progress.Start("preview: files", 3, "parts");
   WriteViews(run.folder() / "views", result);

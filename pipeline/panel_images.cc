@@ -1,0 +1,90 @@
+#include "pipeline/panel_images.h"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "lightfield/error.h"
+#include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
+#include "pipeline/json_file.h"
+
+namespace lamella {
+namespace {
+
+namespace fs = std::filesystem;
+using Light = std::array<float, 256>;  // of every code
+
+Light ResponseOf(const JsonObject& response) {
+  Light light{};
+  if (response.Text("curve") == "gamma") {
+    const double gamma = response.Number("gamma");
+    for (std::size_t code = 0; code < light.size(); ++code) {
+      light[code] = static_cast<float>(std::pow(static_cast<double>(code) / 255, gamma));
+    }
+    return light;
+  }
+  Image<Rgb8> ramp(256, 1);
+  for (int code = 0; code < 256; ++code) ramp(code, 0).r = static_cast<std::uint8_t>(code);
+  const Image<Rgb> linear = DecodeSrgb8(ramp.span());
+  for (int code = 0; code < 256; ++code) light[static_cast<std::size_t>(code)] = linear(code, 0).r;
+  return light;
+}
+
+EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int layer, int slot,
+                       const fs::path& file, const Light& light) {
+  EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
+  const Image<Rgb8> codes = ReadSrgb8(file);
+  if (codes.width() != display.width_px || codes.height() != display.height_px) {
+    throw InputError(file.string(),
+                     fmt::format("is {} x {} px, the panel {} x {}", codes.width(), codes.height(),
+                                 display.width_px, display.height_px),
+                     "run `lamella frames` again");
+  }
+  const bool mirror = display.layers[static_cast<std::size_t>(layer)].mirror_x;
+  for (int y = 0; y < emitters.color.height(); ++y) {
+    for (int x = 0; x < emitters.color.width(); ++x) {
+      const int column = x * display.binning_px;
+      const Rgb8 code =
+          codes(mirror ? display.width_px - 1 - column : column, y * display.binning_px);
+      emitters.color(x, y) = {light[code.r], light[code.g], light[code.b]};
+    }
+  }
+  return emitters;
+}
+
+}  // namespace
+
+LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record) {
+  const fs::path folder = workspace.Stage("frames");
+  const JsonObject json(folder / "frames.json");
+  json.CheckFormatVersion(1);
+  const Light light = ResponseOf(json.Object("response"));
+  LayerImages images;
+  images.seen_share = record.seen_share;
+  const std::vector<JsonObject> layers = json.Objects("layers");
+  if (layers.size() != record.display.layers.size()) {
+    throw json.Wrong("layers", fmt::format("{} layers", record.display.layers.size()));
+  }
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    const int k = record.display.layers[l].barrier.slots;
+    std::vector<fs::path> files(static_cast<std::size_t>(k * k));
+    for (const JsonObject& frame : layers[l].Objects("frames")) {
+      if (frame.Text("role") != "emitter") continue;
+      files[static_cast<std::size_t>(frame.Whole("slot", 0, k * k - 1))] =
+          folder / frame.Text("file");
+    }
+    images.slots.emplace_back(files.size());
+    ParallelForEach(0, k * k, [&](std::int64_t s) {
+      const std::size_t slot = static_cast<std::size_t>(s);
+      images.slots[l][slot] = LoadPanel(workspace, record.display, static_cast<int>(l),
+                                        static_cast<int>(s), files[slot], light);
+    });
+  }
+  return images;
+}
+
+}  // namespace lamella
