@@ -35,6 +35,25 @@ OptionTable Describe(DepthOptions& o) {
            &o.disparity_min},
           {"disparity_max", "camera grids: largest disparity, px per step; unset: measured",
            &o.disparity_max},
+          {"sweep_size_px", "photographs: longer side at which they are matched, px",
+           &o.sweep_size_px, 16, 16384},
+          {"sweep_labels", "photographs: depth hypotheses at most", &o.sweep_labels, 16, 510},
+          {"sweep_step_px", "photographs: between two hypotheses in the widest source, px",
+           &o.sweep_step_px, 0.1, 16},
+          {"sweep_sources", "photographs: neighbours that a view is matched with, at most",
+           &o.sweep_sources, 1, 8},
+          {"sweep_angle_deg",
+           "photographs: angle between the lines of sight of a view and its sources, at most "
+           "(the two best are taken in any case)",
+           &o.sweep_angle_deg, 0.1, 90},
+          {"check_views", "photographs: neighbours whose maps a pixel is checked against, at most",
+           &o.check_views, 1, 32},
+          {"check_agreeing",
+           "photographs: neighbours that must confirm a pixel (half of those there are, where that "
+           "is less)",
+           &o.check_agreeing, 1, 32},
+          {"check_tolerance", "photographs: relative difference of depth that still agrees",
+           &o.check_tolerance, 1e-5, 0.5},
       }};
 }
 
@@ -45,6 +64,13 @@ void ApplyQuality(Quality quality, DepthOptions& o) {
   o.grid_views_per_side = draft ? 2 : 4;
   o.grid_color = !draft;
   o.grid_step_px = draft ? 0.4 : 0.26;
+  o.sweep_size_px = draft ? 768 : best ? 2048 : 1536;
+  o.sweep_labels = draft ? 128 : 256;
+  o.sweep_step_px = draft ? 2.0 : best ? 1.4 : 1.6;
+  o.sweep_sources = draft ? 2 : 4;
+  o.check_views = draft ? 4 : 6;
+  o.check_agreeing = draft ? 1 : 2;
+  o.check_tolerance = draft ? 0.02 : 0.01;
 }
 
 int NumDepthPasses(const ViewSet& set, const DepthOptions& options) {

@@ -30,6 +30,16 @@ struct DepthOptions {
   bool grid_color = true;
   double grid_step_px = 0.26;
   std::optional<double> disparity_min, disparity_max;
+
+  // Photographs.
+  int sweep_size_px = 1536;
+  int sweep_labels = 256;
+  double sweep_step_px = 1.6;
+  int sweep_sources = 4;
+  double sweep_angle_deg = 15;
+  int check_views = 6;
+  int check_agreeing = 2;
+  double check_tolerance = 0.01;
 };
 
 OptionTable Describe(DepthOptions& options);

@@ -13,6 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "depth/store_labels-inl.h"
 #include "lightfield/parallel.h"
 
 #ifndef LAMELLA_DEPTH_GRID_COST_SHARED
@@ -105,6 +106,7 @@ namespace grid_cost {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
+using lamella::HWY_NAMESPACE::StoreLabels;
 
 using Codes = hn::ScalableTag<std::int16_t>;
 using Costs = hn::ScalableTag<std::uint16_t>;
@@ -374,17 +376,6 @@ void BestHalf(const Job& job, int width, Scratch& scratch, std::uint8_t* HWY_RES
   for (int x = 0; x < width; ++x) codes[x] = static_cast<std::uint8_t>(best[x]);
 }
 
-void StoreCodes(const Tile& tile, int first_label, int labels, const Scratch& scratch,
-                CostVolume& volume) {
-  for (int y = 0; y < tile.rect.height; ++y) {
-    for (int x = 0; x < tile.rect.width; ++x) {
-      std::uint8_t* out = volume.At(tile.rect.x + x, tile.rect.y + y) + first_label;
-      const std::uint8_t* in = scratch.codes.data() + y * kTileColumns + x;
-      for (int i = 0; i < labels; ++i) out[i] = in[i * kTileRows * kTileColumns];
-    }
-  }
-}
-
 void CostOfTile(const Job& job, const Tile& tile, Scratch& scratch, CostVolume& volume) {
   const int width = tile.rect.width;
   for (auto& row : scratch.color) row.fill(0);
@@ -408,13 +399,8 @@ void CostOfTile(const Job& job, const Tile& tile, Scratch& scratch, CostVolume& 
         BestHalf(job, width, scratch, scratch.codes.data() + (i * kTileRows + y) * kTileColumns);
       }
     }
-    StoreCodes(tile, first, labels, scratch, volume);
-  }
-  for (int y = 0; y < tile.rect.height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      std::uint8_t* costs = volume.At(tile.rect.x + x, tile.rect.y + y);
-      std::fill(costs + volume.labels, costs + volume.stride, std::uint8_t{CostVolume::kMaxCost});
-    }
+    StoreLabels(scratch.codes.data(), kTileColumns, kTileRows * kTileColumns, tile.rect, first,
+                labels, volume);
   }
 }
 

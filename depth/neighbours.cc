@@ -2,156 +2,213 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 
 namespace lamella {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kBestAngleDeg = 10, kNarrowSigmaDeg = 5, kWideSigmaDeg = 15;
-constexpr double kLeastAngleDeg = 0.3;
-constexpr int kLeastCommonPoints = 20;
+using Eigen::Vector3d;
 
-struct Candidate {
-  int view = 0;
-  double score = 0, angle_deg = 0;
-  Eigen::Vector2d side;  // direction of the baseline in the view's image plane
-};
+constexpr double kBestAngleDeg = 10, kSigmaBelowDeg = 5, kSigmaAboveDeg = 15;
+constexpr std::size_t kEnoughPoints = 20;
+constexpr double kEnoughShare = 0.3;
+constexpr double kLeastParallax = 1;     // px, of the whole range up to infinity
+constexpr double kOtherSideShare = 0.1;  // of the best score, for a turn of the other side
+constexpr int kRaysPerAxis = 4;          // of the stand-in points of a view
+constexpr double kSpacingsAway = 10;     // depth of stand-in points where views don't converge
 
-double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * kDegrees;
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
-bool Sees(const View& view, const Eigen::Vector3d& point) {
-  const auto pixel = Project(view.camera, view.camera_from_world * point);
+Vector3d Forward(const View& view) {
+  return view.camera_from_world.rotation.conjugate() * Vector3d(0, 0, 1);
+}
+
+bool Sees(const View& view, const Vector3d& point) {
+  const std::optional<Eigen::Vector2d> pixel = Project(view.camera, view.camera_from_world * point);
   return pixel && pixel->x() >= 0 && pixel->y() >= 0 && pixel->x() <= view.camera.width &&
          pixel->y() <= view.camera.height;
 }
 
-// World points on the view's rays, 5 x 5 pixels at the middle of the range.
-std::vector<Eigen::Vector3d> StandIns(const View& view, const InverseDepthRange& range) {
-  const Rigid world_from_camera = Inverse(view.camera_from_world);
-  const double depth = 2 / (range.w0 + range.w1);
-  std::vector<Eigen::Vector3d> points;
-  for (int j = 0; j < 5; ++j) {
-    for (int i = 0; i < 5; ++i) {
-      const Eigen::Vector2d pixel((i + 0.5) * view.camera.width / 5,
-                                  (j + 0.5) * view.camera.height / 5);
-      if (const auto ray = Unproject(view.camera, pixel))
-        points.push_back(world_from_camera * (depth * *ray));
+// The point nearest to all optical axes (least squares), where it is in front of every view.
+std::optional<Vector3d> Convergence(const std::vector<View>& views) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  for (const View& view : views) {
+    const Vector3d axis = Forward(view);
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    normal += across;
+    right += across * Centre(view.camera_from_world);
+  }
+  // Nearly parallel axes meet nowhere in particular.
+  const Eigen::LDLT<Eigen::Matrix3d> solver(normal);
+  if (!(solver.rcond() > 1e-4)) return std::nullopt;
+  const Vector3d point = solver.solve(right);
+  for (const View& view : views) {
+    if (!((view.camera_from_world * point).z() > 0)) return std::nullopt;
+  }
+  return point;
+}
+
+double MedianSpacing(const std::vector<View>& views) {
+  std::vector<double> spacings;
+  for (const View& a : views) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const View& b : views) {
+      const double distance = (Centre(a.camera_from_world) - Centre(b.camera_from_world)).norm();
+      if (distance > 0) nearest = std::min(nearest, distance);
     }
+    if (std::isfinite(nearest)) spacings.push_back(nearest);
   }
-  return points;
+  return Median(std::move(spacings));
 }
 
-// The points that each view shares with `reference`.
-std::vector<std::vector<Eigen::Vector3d>> CommonPoints(const ViewSet& set, int reference,
-                                                       const InverseDepthRange& range) {
-  std::vector<std::vector<Eigen::Vector3d>> common(set.views.size());
-  for (const SparsePoint& point : set.points) {
-    if (std::find(point.views.begin(), point.views.end(), reference) == point.views.end()) continue;
-    for (const int view : point.views)
-      common[static_cast<std::size_t>(view)].push_back(point.position);
+// Depths at which stand-in points lie, by view.
+std::vector<double> StandInDepths(const std::vector<View>& views) {
+  const std::optional<Vector3d> meeting = Convergence(views);
+  const double away = kSpacingsAway * MedianSpacing(views);
+  std::vector<double> depths;
+  for (const View& view : views) {
+    depths.push_back(meeting ? (view.camera_from_world * *meeting).z() : away);
   }
-  const auto enough = [&](const std::vector<Eigen::Vector3d>& points) {
-    return points.size() >= kLeastCommonPoints;
-  };
-  if (std::count_if(common.begin(), common.end(), enough) >= 2)
-    return common;  // one is the view itself
-  const auto stand_ins = StandIns(set.views[static_cast<std::size_t>(reference)], range);
-  for (std::size_t v = 0; v < common.size(); ++v) {
-    common[v].clear();
-    for (const Eigen::Vector3d& point : stand_ins) {
-      if (Sees(set.views[v], point)) common[v].push_back(point);
-    }
-    if (common[v].size() * 10 < stand_ins.size() * 3) common[v].clear();  // under 30 % in common
-  }
-  return common;
-}
-
-std::optional<Candidate> Rate(const ViewSet& set, int reference, int other,
-                              const std::vector<Eigen::Vector3d>& common) {
-  const View& a = set.views[static_cast<std::size_t>(reference)];
-  const View& b = set.views[static_cast<std::size_t>(other)];
-  if (common.empty()) return std::nullopt;
-  const Eigen::Vector3d from_a = Centre(a.camera_from_world), from_b = Centre(b.camera_from_world);
-  std::vector<double> angles;
-  double score = 0, scale = 0;
-  for (const Eigen::Vector3d& point : common) {
-    const double angle = AngleDeg(point - from_a, point - from_b);
-    const double t =
-        (angle - kBestAngleDeg) / (angle < kBestAngleDeg ? kNarrowSigmaDeg : kWideSigmaDeg);
-    score += std::exp(-0.5 * t * t);
-    angles.push_back(angle);
-    // Pixels of b for a pixel of a.
-    scale += b.camera.fx / (point - from_b).norm() * (point - from_a).norm() / a.camera.fx;
-  }
-  scale /= static_cast<double>(common.size());
-  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-  std::nth_element(angles.begin(), middle, angles.end());
-  if (!(*middle >= kLeastAngleDeg)) return std::nullopt;
-  const Eigen::Vector3d baseline = a.camera_from_world * from_b;
-  return Candidate{other, score * std::min(1.0, scale * scale), *middle, baseline.head<2>()};
-}
-
-// By score; those wider than the largest angle come last, by angle.
-void Rank(std::vector<Candidate>& candidates, double max_angle_deg) {
-  std::sort(candidates.begin(), candidates.end(), [&](const Candidate& a, const Candidate& b) {
-    const bool a_wide = a.angle_deg > max_angle_deg, b_wide = b.angle_deg > max_angle_deg;
-    if (a_wide != b_wide) return b_wide;
-    if (a_wide && a.angle_deg != b.angle_deg) return a.angle_deg < b.angle_deg;
-    if (a.score != b.score) return a.score > b.score;
-    return a.view < b.view;
-  });
+  return depths;
 }
 
 }  // namespace
 
-std::vector<int> ChooseSources(const ViewSet& set, int view, const InverseDepthRange& range,
-                               const NeighbourOptions& options) {
-  const auto common = CommonPoints(set, view, range);
-  std::vector<Candidate> candidates;
-  for (int other = 0; other < static_cast<int>(set.views.size()); ++other) {
-    if (other == view) continue;
-    if (auto c = Rate(set, view, other, common[static_cast<std::size_t>(other)]))
-      candidates.push_back(*c);
+Neighbourhood::Neighbourhood(const ViewSet& set)
+    : views_(set.views), seen_(set.views.size()), measured_(!set.points.empty()) {
+  Vector3d middle = Vector3d::Zero();
+  for (const View& view : views_) {
+    middle += Centre(view.camera_from_world) / static_cast<double>(views_.size());
   }
-  Rank(candidates, options.max_angle_deg);
-  const auto narrow = std::count_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
-    return c.angle_deg <= options.max_angle_deg;
-  });
-  candidates.resize(
-      std::min(candidates.size(), static_cast<std::size_t>(std::max<std::ptrdiff_t>(narrow, 2))));
-  std::vector<int> sources;
-  while (!candidates.empty() && static_cast<int>(sources.size()) < options.max_sources) {
-    // The best of all, then the best of the other side of it.
-    const Eigen::Vector2d side = candidates.front().side;
-    sources.push_back(candidates.front().view);
-    candidates.erase(candidates.begin());
-    const auto opposite = std::find_if(candidates.begin(), candidates.end(),
-                                       [&](const Candidate& c) { return c.side.dot(side) < 0; });
-    if (opposite == candidates.end() || static_cast<int>(sources.size()) >= options.max_sources)
-      continue;
-    sources.push_back(opposite->view);
-    candidates.erase(opposite);
+  for (View& view : views_)
+    view.camera_from_world = view.camera_from_world * Rigid{{1, 0, 0, 0}, middle};
+  for (const SparsePoint& point : set.points)
+    points_.push_back({point.position - middle, point.views});
+  if (!measured_) {
+    const std::vector<double> depths = StandInDepths(views_);
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      const Camera& camera = views_[v].camera;
+      const Rigid world_from_camera = Inverse(views_[v].camera_from_world);
+      for (int i = 0; i < kRaysPerAxis * kRaysPerAxis; ++i) {
+        const Eigen::Vector2d pixel((i % kRaysPerAxis + 0.5) / kRaysPerAxis * camera.width,
+                                    (i / kRaysPerAxis + 0.5) / kRaysPerAxis * camera.height);
+        const std::optional<Vector3d> ray = Unproject(camera, pixel);
+        if (!ray || !(depths[v] > 0)) continue;
+        Point point{world_from_camera * (depths[v] * *ray), {}};
+        for (std::size_t s = 0; s < views_.size(); ++s) {
+          if (s == v || Sees(views_[s], point.position)) point.views.push_back(static_cast<int>(s));
+        }
+        points_.push_back(std::move(point));
+      }
+    }
   }
-  return sources;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    for (const int v : points_[p].views)
+      seen_[static_cast<std::size_t>(v)].push_back(static_cast<int>(p));
+  }
 }
 
-std::optional<InverseDepthRange> RangeOfPoints(const ViewSet& set, int view, int labels) {
-  const View& reference = set.views[static_cast<std::size_t>(view)];
-  std::vector<double> depths;
-  for (const SparsePoint& point : set.points) {
-    if (std::find(point.views.begin(), point.views.end(), view) == point.views.end()) continue;
-    const double depth = (reference.camera_from_world * point.position).z();
-    if (depth > 0 && std::isfinite(depth)) depths.push_back(depth);
+Neighbour Neighbourhood::Weigh(int view, int other, const std::vector<int>& common) const {
+  const View& a = views_[static_cast<std::size_t>(view)];
+  const View& b = views_[static_cast<std::size_t>(other)];
+  const Vector3d centre_a = Centre(a.camera_from_world), centre_b = Centre(b.camera_from_world);
+  Neighbour neighbour{other, 0, 0};
+  std::vector<double> angles, depths;
+  for (const int p : common) {
+    const Vector3d& point = points_[static_cast<std::size_t>(p)].position;
+    const double za = (a.camera_from_world * point).z(), zb = (b.camera_from_world * point).z();
+    if (!(za > 0) || !(zb > 0)) continue;
+    const Vector3d to_a = (centre_a - point).normalized(), to_b = (centre_b - point).normalized();
+    const double angle =
+        std::atan2(to_a.cross(to_b).norm(), to_a.dot(to_b)) * 180 / std::numbers::pi;
+    const double sigma = angle < kBestAngleDeg ? kSigmaBelowDeg : kSigmaAboveDeg;
+    const double off = (angle - kBestAngleDeg) / sigma;
+    const double finer = b.camera.fx * za / (a.camera.fx * zb);
+    neighbour.score += std::exp(-off * off / 2) * std::min(1.0, finer * finer);
+    angles.push_back(angle);
+    depths.push_back(za);
   }
-  if (depths.size() < 8) return std::nullopt;
-  std::sort(depths.begin(), depths.end());
-  const auto quantile = [&](double q) {
-    return depths[static_cast<std::size_t>(q * static_cast<double>(depths.size() - 1))];
+  const double depth = Median(depths);
+  neighbour.angle_deg = Median(std::move(angles));
+  const double parallax = depth > 0 ? a.camera.fx * (centre_a - centre_b).norm() / depth : 0;
+  if (!(parallax >= kLeastParallax)) neighbour.score = 0;
+  return neighbour;
+}
+
+std::vector<Neighbour> Neighbourhood::Of(int view) const {
+  const auto v = static_cast<std::size_t>(view);
+  std::map<int, std::vector<int>> common;  // by other view
+  for (const int p : seen_[v]) {
+    for (const int other : points_[static_cast<std::size_t>(p)].views) {
+      if (other != view) common[other].push_back(p);
+    }
+  }
+  const double share = kEnoughShare * static_cast<double>(seen_[v].size());
+  std::vector<Neighbour> ranked;
+  for (const auto& [other, points] : common) {
+    if (points.size() < kEnoughPoints && static_cast<double>(points.size()) < share) continue;
+    const Neighbour neighbour = Weigh(view, other, points);
+    if (neighbour.score > 0) ranked.push_back(neighbour);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const Neighbour& a, const Neighbour& b) { return a.score > b.score; });
+  if (ranked.empty()) return ranked;
+
+  const Rigid& camera = views_[v].camera_from_world;
+  const auto direction = [&](const Neighbour& n) -> Eigen::Vector2d {
+    return (camera * Centre(views_[static_cast<std::size_t>(n.view)].camera_from_world)).head<2>();
   };
-  return InverseDepthRange{0.2 / quantile(0.99), 1 / (0.88 * quantile(0.01)), labels};
+  const Eigen::Vector2d first = direction(ranked.front());
+  std::vector<Neighbour> sides[2], rest, ordered;
+  for (const Neighbour& n : ranked) {
+    const bool turn = n.score >= kOtherSideShare * ranked.front().score;
+    (turn ? sides[direction(n).dot(first) < 0 ? 1 : 0] : rest).push_back(n);
+  }
+  for (std::size_t i = 0; i < std::max(sides[0].size(), sides[1].size()); ++i) {
+    for (const std::vector<Neighbour>& side : sides) {
+      if (i < side.size()) ordered.push_back(side[i]);
+    }
+  }
+  ordered.insert(ordered.end(), rest.begin(), rest.end());
+  return ordered;
+}
+
+std::optional<Neighbourhood::DepthRange> Neighbourhood::MeasuredRange(int view) const {
+  const auto v = static_cast<std::size_t>(view);
+  std::vector<double> depths;
+  for (const int p : seen_[v]) {
+    const double z =
+        (views_[v].camera_from_world * points_[static_cast<std::size_t>(p)].position).z();
+    if (z > 0) depths.push_back(z);
+  }
+  if (!measured_ || depths.size() < kEnoughPoints) return std::nullopt;
+  std::sort(depths.begin(), depths.end());
+  const std::size_t tail = depths.size() / 100;
+  return DepthRange{depths[tail], depths[depths.size() - 1 - tail]};
+}
+
+std::vector<int> ChooseSources(const std::vector<Neighbour>& neighbours, double max_angle_deg,
+                               int most) {
+  std::vector<int> sources;
+  const auto add = [&](bool within, std::size_t up_to) {
+    for (const Neighbour& n : neighbours) {
+      if (sources.size() < up_to && (n.angle_deg <= max_angle_deg) == within)
+        sources.push_back(n.view);
+    }
+  };
+  add(true, static_cast<std::size_t>(most));
+  add(false, std::min<std::size_t>(2, static_cast<std::size_t>(most)));
+  return sources;
 }
 
 }  // namespace lamella

@@ -1,18 +1,19 @@
-// Work goes by strips of rows and, within one, by blocks of labels: all that a block needs stays in
-// the cache. Mask planes hold the reference's census, so that a warped row is compared without
-// packing bits: count -= (warped(q) > warped(p)) xor reference(q) > reference(p), 0 or -1 each.
+// Work goes by tiles of the reference; within one, by label and source. Coordinates are 32-bit
+// floats without fused operations, all else is integers, so every target gives the same bytes.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "depth/plane_sweep.cc"
 #include "depth/plane_sweep.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstring>
+#include <memory>
+#include <utility>
 
-#include <Eigen/LU>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "depth/store_labels-inl.h"
 #include "lightfield/parallel.h"
 
 #ifndef LAMELLA_DEPTH_PLANE_SWEEP_SHARED
@@ -20,77 +21,64 @@
 namespace lamella {
 namespace plane_sweep {
 
-constexpr int kRadius = 2;        // of the census
-constexpr int kComparisons = 24;  // of the 5x5 window with its centre
-constexpr int kUnseenCost = 14;   // slightly worse than chance
-constexpr int kStripRows = 24;    // rows of cost that a task makes
-constexpr int kLabels = 16;       // a block: written to the volume at once
-constexpr int kPad = 128;         // bytes that whole vectors may run over at a row's end
-constexpr int kMaxSources = 8;
-constexpr int kSubPixels = 64;  // of the bilinear weights
+constexpr int kTileColumns = 256, kTileRows = 32;
+constexpr int kTileLabels = 16;        // so many codes of a pixel are written at once
+constexpr int kBox = 1, kCensus = 2;   // radii
+constexpr int kHalo = kBox + kCensus;  // px around a tile that are warped
+constexpr int kSlack = 64;             // values that whole vectors may run over
+constexpr int kRowSize = kTileColumns + 2 * kHalo + kSlack;
+constexpr int kWarpRows = kTileRows + 2 * kHalo, kCensusRows = kTileRows + 2 * kBox;
+constexpr int kNeighbours = 24;         // of the census
+constexpr int kUnseen = 14;             // distance where the source does not see the point
+constexpr float kNearestDepth = 1e-6F;  // of a plane before a source, in its own scale
 
-// Rows of bytes with a margin at either end.
-struct Plane {
-  Plane() = default;
-  Plane(int width, int height, int margin_px)
-      : margin(margin_px),
-        stride(width + 2 * margin_px + kPad),
-        bytes(static_cast<std::size_t>(stride) * static_cast<std::size_t>(height)) {}
-  std::uint8_t* Row(int y) {
-    return bytes.data() + static_cast<std::ptrdiff_t>(y) * stride + margin;
-  }
-  const std::uint8_t* Row(int y) const {
-    return bytes.data() + static_cast<std::ptrdiff_t>(y) * stride + margin;
-  }
-  int margin = 0, stride = 0;
-  std::vector<std::uint8_t> bytes;
-};
+using Row = std::array<std::uint8_t, kRowSize>;
 
-// A source's pixels, padded so that four bytes can be read from any pixel on, and its camera.
-struct Source {
-  std::vector<std::uint8_t> pixels;
-  int width = 0, height = 0, stride = 0;
-  Eigen::Matrix3d rotation_part;  // K_s R K_r^-1
-  Eigen::Vector3d baseline_part;  // K_s t
-};
-
-// Numerators of the homography along a row: (x, y, z) = start + step * column.
-struct RowMap {
-  std::array<float, 3> start, step;
-};
-
-inline RowMap MapRow(const Source& source, double w, int y) {
-  const Eigen::Vector3d start =
-      source.rotation_part * Eigen::Vector3d(0.5, y + 0.5, 1) + w * source.baseline_part;
-  const Eigen::Vector3d step = source.rotation_part.col(0);
-  RowMap map{};
-  for (int i = 0; i < 3; ++i) {
-    map.start[static_cast<std::size_t>(i)] = static_cast<float>(start[i]);
-    map.step[static_cast<std::size_t>(i)] = static_cast<float>(step[i]);
-  }
-  return map;
-}
-
-// A strip of the reference and all buffers of a task.
-struct Strip {
-  int first = 0, rows = 0;  // of the volume
-  int width = 0, height = 0;
-};
+// Warped luma: 1..255, 0 where the source does not see the point. Row r, column c are at reference
+// pixel (tile.x + c - kHalo, tile.y + r - kHalo).
+using Warped = std::array<Row, kWarpRows>;
+// 255 where the neighbour is brighter than the pixel; row r, column c are at reference pixel
+// (tile.x + c - kBox, tile.y + r - kBox).
+using CensusPlanes = std::array<std::array<Row, kNeighbours>, kCensusRows>;
 
 struct Scratch {
-  Scratch(int width, int sources)
-      : warped(width, kStripRows + 2 + 2 * kRadius, kRadius),
-        seen(width, kStripRows + 2, 0),
-        sums(width, kStripRows + 2, 1) {
-    for (int i = 0; i < kComparisons; ++i) masks.emplace_back(width, kStripRows + 2, 0);
-    for (int i = 0; i < sources; ++i) costs.emplace_back(width, kStripRows + 2, 0);
-    for (int i = 0; i < kLabels; ++i) block.emplace_back(width, kStripRows, 0);
-  }
-  Plane warped, seen, sums;
-  std::vector<Plane> masks;  // the reference's census, 0 or 255
-  std::vector<Plane> costs;  // of each source
-  std::vector<Plane> block;  // of each label
+  Warped warped;
+  CensusPlanes census;  // of the reference
+  std::array<std::array<Row, kCensusRows>, kMaxSweepSources> distance;
+  std::array<Row, kCensusRows> best;  // sum over the better half
+  std::array<std::uint8_t, static_cast<std::size_t>(kTileLabels* kTileRows* kTileColumns)> codes;
+  std::array<std::uint16_t, kRowSize> column_sums;
 };
+
+// Homogeneous source coordinates along a row: at reference pixel x + i, (base + i step)[k]; the
+// first two times 64.
+struct RowWarp {
+  std::array<float, 3> base, step;
+  float limit_x, limit_y;  // 64 * (size - 0.5), of index coordinates
+  float last_x, last_y;    // 64 * (size - 1)
+  const std::uint32_t* quads;
+  int stride;
+};
+
+inline RowWarp WarpOfRow(const SweepSource& source, double w, int x, int y) {
+  const Eigen::Vector3d start = source.m * Eigen::Vector3d(x + 0.5, y + 0.5, 1) + w * source.b;
+  const Eigen::Vector3d along = source.m.col(0);
+  RowWarp warp{};
+  for (int k = 0; k < 3; ++k) {
+    const double scale = k < 2 ? 64 : 1;
+    warp.base[static_cast<std::size_t>(k)] = static_cast<float>(scale * start[k]);
+    warp.step[static_cast<std::size_t>(k)] = static_cast<float>(scale * along[k]);
+  }
+  const auto width = static_cast<float>(source.image->width()),
+             height = static_cast<float>(source.image->height());
+  warp.limit_x = 64 * (width - 0.5F);
+  warp.limit_y = 64 * (height - 0.5F);
+  warp.last_x = 64 * (width - 1);
+  warp.last_y = 64 * (height - 1);
+  warp.quads = source.image->quads();
+  warp.stride = source.image->width();
+  return warp;
+}
 
 }  // namespace plane_sweep
 }  // namespace lamella
@@ -100,210 +88,243 @@ HWY_BEFORE_NAMESPACE();
 namespace lamella {
 namespace plane_sweep {
 namespace HWY_NAMESPACE {
-
 namespace hn = hwy::HWY_NAMESPACE;
-using F32 = hn::ScalableTag<float>;
-using I32 = hn::RebindToSigned<F32>;
-using U8 = hn::ScalableTag<std::uint8_t>;
+using lamella::HWY_NAMESPACE::StoreLabels;
 
-// Bilinear samples of a source along a row, for columns [-kRadius, width + kRadius). A point is
-// seen where its four pixels are inside; elsewhere the nearest inside are read and `seen` is 0.
-void WarpRow(const Source& source, const RowMap& map, int width, std::uint8_t* HWY_RESTRICT out,
-             std::uint8_t* HWY_RESTRICT seen) {
-  const F32 f;
-  const I32 i;
-  const hn::Rebind<std::uint8_t, I32> u8;
-  const auto half = hn::Set(f, 0.5F);
-  const auto scale = hn::Set(f, static_cast<float>(kSubPixels));
-  const auto max_x = hn::Set(f, static_cast<float>((source.width - 1) * kSubPixels - 1));
-  const auto max_y = hn::Set(f, static_cast<float>((source.height - 1) * kSubPixels - 1));
-  const auto zero = hn::Zero(f);
-  const auto stride = hn::Set(i, source.stride);
-  const auto low_byte = hn::Set(i, 255);
-  const auto low_bits = hn::Set(i, kSubPixels - 1);
-  const auto full = hn::Set(i, kSubPixels);
-  const auto* base = reinterpret_cast<const std::int32_t*>(source.pixels.data());
+using Bytes = hn::ScalableTag<std::uint8_t>;
+using Floats = hn::ScalableTag<float>;
+using Ints = hn::RebindToSigned<Floats>;
+using Words = hn::ScalableTag<std::uint16_t>;
+
+#if HWY_TARGET == HWY_SCALAR
+// Bilinear from the four bytes with 6-bit weights.
+inline hn::Vec<Ints> Blend(hn::Vec<Ints> quads, hn::Vec<Ints> wx, hn::Vec<Ints> wy) {
+  const auto q = static_cast<std::uint32_t>(hn::GetLane(quads));
+  const int x = hn::GetLane(wx), y = hn::GetLane(wy);
+  const auto byte = [&](int i) { return static_cast<int>((q >> (8 * i)) & 255U); };
+  const int left = byte(0) * (64 - y) + byte(2) * y, right = byte(1) * (64 - y) + byte(3) * y;
+  return hn::Set(Ints(), (left * (64 - x) + right * x + 2048) >> 12);
+}
+inline hn::Vec<Ints> IndexOf(hn::Vec<Ints> x, hn::Vec<Ints> y, int stride) {
+  return hn::Set(Ints(), hn::GetLane(y) * stride + hn::GetLane(x));
+}
+#else
+using Shorts = hn::Repartition<std::int16_t, Ints>;
+
+// Sums of products of neighbouring 16-bit lanes.
+inline hn::Vec<Ints> Madd(hn::Vec<Shorts> a, hn::Vec<Shorts> b) {
+  const Ints d;
+  auto rest = hn::Zero(d);
+  const auto sum = hn::ReorderWidenMulAccumulate(d, a, b, hn::Zero(d), rest);
+  return hn::RearrangeToOddPlusEven(sum, rest);
+}
+
+// (64 - w, w) as 16-bit lanes.
+inline hn::Vec<Shorts> WeightPair(hn::Vec<Ints> w) {
+  const Ints d;
+  return hn::BitCast(Shorts(), hn::Or(hn::Set(d, 64) - w, hn::ShiftLeft<16>(w)));
+}
+
+inline hn::Vec<Ints> Blend(hn::Vec<Ints> quads, hn::Vec<Ints> wx, hn::Vec<Ints> wy) {
+  const Ints d;
+  const auto bytes = hn::Set(d, 0x00FF00FF);
+  const auto left = hn::And(quads, bytes);                      // (x, y), (x, y + 1)
+  const auto right = hn::And(hn::ShiftRight<8>(quads), bytes);  // (x + 1, y), (x + 1, y + 1)
+  const auto vertical = WeightPair(wy);
+  const auto left_sum = Madd(hn::BitCast(Shorts(), left), vertical);
+  const auto right_sum = Madd(hn::BitCast(Shorts(), right), vertical);
+  const auto both = hn::BitCast(Shorts(), hn::Or(left_sum, hn::ShiftLeft<16>(right_sum)));
+  return hn::ShiftRight<12>(Madd(both, WeightPair(wx)) + hn::Set(d, 2048));
+}
+inline hn::Vec<Ints> IndexOf(hn::Vec<Ints> x, hn::Vec<Ints> y, int stride) {
+  const Ints d;
+  return Madd(hn::BitCast(Shorts(), y), hn::BitCast(Shorts(), hn::Set(d, stride))) + x;
+}
+#endif
+
+void Warp(const RowWarp& warp, int count, std::uint8_t* HWY_RESTRICT out) {
+  const Floats f;
+  const Ints d;
+  const hn::Rebind<std::uint8_t, Ints> bytes;
   const int lanes = static_cast<int>(hn::Lanes(f));
-  for (int x = -kRadius; x < width + kRadius; x += lanes) {
-    const auto column = hn::Add(hn::Set(f, static_cast<float>(x)), hn::Iota(f, 0.0F));
-    const auto nx = hn::Add(hn::Mul(column, hn::Set(f, map.step[0])), hn::Set(f, map.start[0]));
-    const auto ny = hn::Add(hn::Mul(column, hn::Set(f, map.step[1])), hn::Set(f, map.start[1]));
-    const auto nz = hn::Add(hn::Mul(column, hn::Set(f, map.step[2])), hn::Set(f, map.start[2]));
-    const auto front = hn::Gt(nz, zero);
-    const auto z = hn::IfThenElse(front, nz, hn::Set(f, 1.0F));
-    const auto u = hn::Mul(hn::Sub(hn::Div(nx, z), half), scale);
-    const auto v = hn::Mul(hn::Sub(hn::Div(ny, z), half), scale);
-    const auto inside = hn::And(front, hn::And(hn::And(hn::Ge(u, zero), hn::Le(u, max_x)),
-                                               hn::And(hn::Ge(v, zero), hn::Le(v, max_y))));
-    const auto fu = hn::ConvertTo(i, hn::Min(hn::Max(u, zero), max_x));
-    const auto fv = hn::ConvertTo(i, hn::Min(hn::Max(v, zero), max_y));
-    const auto offset = hn::Add(hn::Mul(hn::ShiftRight<6>(fv), stride), hn::ShiftRight<6>(fu));
-    const auto upper = hn::GatherOffset(i, base, offset);
-    const auto lower = hn::GatherOffset(i, base, hn::Add(offset, stride));
-    const auto wx = hn::And(fu, low_bits), wy = hn::And(fv, low_bits);
-    const auto cx = hn::Sub(full, wx), cy = hn::Sub(full, wy);
-    const auto top = hn::Add(hn::Mul(hn::And(upper, low_byte), cx),
-                             hn::Mul(hn::And(hn::ShiftRight<8>(upper), low_byte), wx));
-    const auto bottom = hn::Add(hn::Mul(hn::And(lower, low_byte), cx),
-                                hn::Mul(hn::And(hn::ShiftRight<8>(lower), low_byte), wx));
-    const auto value = hn::ShiftRight<12>(
-        hn::Add(hn::Add(hn::Mul(top, cy), hn::Mul(bottom, wy)), hn::Set(i, 2048)));
-    hn::StoreU(hn::DemoteTo(u8, value), u8, out + x);
-    if (seen != nullptr && x + lanes > 0) {
-      const auto flag = hn::And(hn::BitCast(i, hn::VecFromMask(f, inside)), low_byte);
-      HWY_ALIGN std::uint8_t flags[HWY_MAX_BYTES];
-      hn::StoreU(hn::DemoteTo(u8, flag), u8, flags);
-      for (int k = std::max(0, -x); k < lanes; ++k) seen[x + k] = flags[k];
+  const auto zero = hn::Zero(f), lowest = hn::Set(f, -32.0F);
+  const auto ramp = hn::Iota(f, 0.0F);
+  for (int i = 0; i < count; i += lanes) {
+    const auto x = hn::Set(f, static_cast<float>(i)) + ramp;
+    const auto numerator = [&](std::size_t k) {
+      return hn::Set(f, warp.base[k]) + x * hn::Set(f, warp.step[k]);
+    };
+    const auto z = numerator(2);
+    const auto reciprocal = hn::Set(f, 1.0F) / z;
+    const auto u = numerator(0) * reciprocal - hn::Set(f, 32.0F);
+    const auto v = numerator(1) * reciprocal - hn::Set(f, 32.0F);
+    const auto in_front = z > hn::Set(f, kNearestDepth);
+    const auto inside = hn::And(hn::And(u >= lowest, u <= hn::Set(f, warp.limit_x)),
+                                hn::And(v >= lowest, v <= hn::Set(f, warp.limit_y)));
+    const auto seen = hn::And(in_front, inside);
+    // What is not seen may not be a number: it is replaced before it becomes an address.
+    const auto clamped = [&](hn::Vec<Floats> value, float last) {
+      const auto safe = hn::IfThenElseZero(seen, value);
+      return hn::ConvertTo(d, hn::Min(hn::Max(safe, zero), hn::Set(f, last)) + hn::Set(f, 0.5F));
+    };
+    const auto u64 = clamped(u, warp.last_x), v64 = clamped(v, warp.last_y);
+    const auto index = IndexOf(hn::ShiftRight<6>(u64), hn::ShiftRight<6>(v64), warp.stride);
+    const auto quads = hn::GatherIndex(d, reinterpret_cast<const std::int32_t*>(warp.quads), index);
+    const auto fraction = hn::Set(d, 63);
+    const auto value =
+        hn::Max(Blend(quads, hn::And(u64, fraction), hn::And(v64, fraction)), hn::Set(d, 1));
+    const auto luma = hn::IfThenElseZero(hn::RebindMask(d, seen), value);
+    hn::StoreU(hn::DemoteTo(bytes, luma), bytes, out + i);
+  }
+}
+
+// Unsigned a > b, as 255 or 0.
+inline hn::Vec<Bytes> Brighter(hn::Vec<Bytes> a, hn::Vec<Bytes> b) {
+  return hn::VecFromMask(Bytes(), a > b);
+}
+
+template <class Visit>
+inline void ForEachNeighbour(const Visit& visit) {
+  std::size_t k = 0;
+  for (int dy = -kCensus; dy <= kCensus; ++dy) {
+    for (int dx = -kCensus; dx <= kCensus; ++dx) {
+      if (dx != 0 || dy != 0) visit(k++, dx, dy);
     }
   }
 }
 
-// masks[i](x) = 255 where the i-th neighbour of the window is brighter than the centre.
-void MaskRow(const Plane& image, int y, int width, std::vector<Plane>& masks, int row) {
-  const U8 d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  std::size_t index = 0;
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    for (int dx = -kRadius; dx <= kRadius; ++dx) {
-      if (dx == 0 && dy == 0) continue;
-      const std::uint8_t* centre = image.Row(y);
-      const std::uint8_t* other = image.Row(y + dy) + dx;
-      std::uint8_t* out = masks[index++].Row(row);
-      for (int x = 0; x < width; x += lanes) {
-        const auto brighter = hn::Gt(hn::LoadU(d, other + x), hn::LoadU(d, centre + x));
-        hn::StoreU(hn::VecFromMask(d, brighter), d, out + x);
+void ReferenceCensus(const Warped& luma, int rows, int columns, CensusPlanes& planes) {
+  const Bytes d;
+  for (int r = 0; r < rows; ++r) {
+    const auto at = [&](int dx, int dy) {
+      return luma[static_cast<std::size_t>(r + kCensus + dy)].data() + kCensus + dx;
+    };
+    auto& row = planes[static_cast<std::size_t>(r)];
+    for (int c = 0; c < columns; c += static_cast<int>(hn::Lanes(d))) {
+      const auto centre = hn::LoadU(d, at(0, 0) + c);
+      ForEachNeighbour([&](std::size_t k, int dx, int dy) {
+        hn::StoreU(Brighter(hn::LoadU(d, at(dx, dy) + c), centre), d, row[k].data() + c);
+      });
+    }
+  }
+}
+
+void CensusDistance(const Warped& warped, const CensusPlanes& planes, int rows, int columns,
+                    std::array<Row, kCensusRows>& distance) {
+  const Bytes d;
+  const auto unseen = hn::Set(d, std::uint8_t{kUnseen});
+  for (int r = 0; r < rows; ++r) {
+    const auto at = [&](int dx, int dy) {
+      return warped[static_cast<std::size_t>(r + kCensus + dy)].data() + kCensus + dx;
+    };
+    const auto& reference = planes[static_cast<std::size_t>(r)];
+    for (int c = 0; c < columns; c += static_cast<int>(hn::Lanes(d))) {
+      const auto centre = hn::LoadU(d, at(0, 0) + c);
+      auto different = hn::Zero(d);
+      ForEachNeighbour([&](std::size_t k, int dx, int dy) {
+        const auto mine = Brighter(hn::LoadU(d, at(dx, dy) + c), centre);
+        different = different - hn::Xor(mine, hn::LoadU(d, reference[k].data() + c));
+      });
+      const auto value = hn::IfThenElse(centre == hn::Zero(d), unseen, different);
+      hn::StoreU(value, d, distance[static_cast<std::size_t>(r)].data() + c);
+    }
+  }
+}
+
+// Sum of the kHalf smallest of the sources' distances, by insertion into a sorted list.
+template <std::size_t kHalf>
+void SmallestSum(const Scratch& scratch, std::size_t sources, int rows, int columns,
+                 std::array<Row, kCensusRows>& best) {
+  const Bytes d;
+  const auto most = hn::Set(d, std::uint8_t{255});
+  for (std::size_t r = 0; r < static_cast<std::size_t>(rows); ++r) {
+    for (int c = 0; c < columns; c += static_cast<int>(hn::Lanes(d))) {
+      hn::Vec<Bytes> smallest[4] = {most, most, most, most};
+      for (std::size_t s = 0; s < sources; ++s) {
+        auto value = hn::LoadU(d, scratch.distance[s][r].data() + c);
+        for (std::size_t k = 0; k < kHalf; ++k) {
+          const auto lower = hn::Min(smallest[k], value);
+          value = hn::Max(smallest[k], value);
+          smallest[k] = lower;
+        }
       }
+      auto sum = smallest[0];
+      for (std::size_t k = 1; k < kHalf; ++k) sum = sum + smallest[k];
+      hn::StoreU(sum, d, best[r].data() + c);
     }
   }
 }
 
-// Hamming distance of the warped row's census and the reference's.
-void CensusRow(const Plane& warped, int y, int width, const std::vector<Plane>& masks, int row,
-               const std::uint8_t* HWY_RESTRICT seen, std::uint8_t* HWY_RESTRICT cost) {
-  const U8 d;
+void BetterHalf(const Scratch& scratch, std::size_t sources, int rows, int columns,
+                std::array<Row, kCensusRows>& best) {
+  static_assert(kMaxSweepSources == 8);
+  constexpr decltype(&SmallestSum<1>) kOfHalf[] = {SmallestSum<1>, SmallestSum<2>, SmallestSum<3>,
+                                                   SmallestSum<4>};
+  kOfHalf[(sources - 1) / 2](scratch, sources, rows, columns, best);
+}
+
+// 3x3 box, scaled to 8 times the mean.
+void BoxRow(const std::array<Row, kCensusRows>& best, int r, int width, int scale,
+            std::uint16_t* HWY_RESTRICT sums, std::uint8_t* HWY_RESTRICT codes) {
+  const Words d;
+  const hn::Rebind<std::uint8_t, Words> bytes;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  std::array<const std::uint8_t*, kComparisons> others{}, references{};
-  std::size_t index = 0;
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    for (int dx = -kRadius; dx <= kRadius; ++dx) {
-      if (dx == 0 && dy == 0) continue;
-      others[index] = warped.Row(y + dy) + dx;
-      references[index] = masks[index].Row(row);
-      ++index;
-    }
+  const auto row = [&](int dy) { return best[static_cast<std::size_t>(r + kBox + dy)].data(); };
+  for (int c = 0; c < width + 2 * kBox; c += lanes) {
+    const auto load = [&](int dy) { return hn::PromoteTo(d, hn::LoadU(bytes, row(dy) + c)); };
+    hn::StoreU(load(-1) + load(0) + load(1), d, sums + c);
   }
-  const std::uint8_t* centre_row = warped.Row(y);
-  const auto unseen = hn::Set(d, static_cast<std::uint8_t>(kUnseenCost));
-  for (int x = 0; x < width; x += lanes) {
-    const auto centre = hn::LoadU(d, centre_row + x);
-    auto count = hn::Zero(d);
-    for (std::size_t k = 0; k < kComparisons; ++k) {
-      const auto brighter = hn::VecFromMask(d, hn::Gt(hn::LoadU(d, others[k] + x), centre));
-      count = hn::Sub(count, hn::Xor(brighter, hn::LoadU(d, references[k] + x)));
-    }
-    const auto is_seen = hn::MaskFromVec(hn::LoadU(d, seen + x));
-    hn::StoreU(hn::IfThenElse(is_seen, count, unseen), d, cost + x);
+  const auto factor = hn::Set(d, static_cast<std::uint16_t>(scale));
+  const auto most = hn::Set(d, std::uint16_t{CostVolume::kMaxCost});
+  for (int c = 0; c < width; c += lanes) {
+    const auto sum =
+        hn::LoadU(d, sums + c) + hn::LoadU(d, sums + c + 1) + hn::LoadU(d, sums + c + 2);
+    const auto code = hn::Min(hn::MulHigh(hn::ShiftLeft<4>(sum), factor), most);
+    hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(hn::RebindToSigned<Words>(), code)), bytes,
+               codes + c);
   }
 }
 
-// The sum of the `keep` smallest costs over the sources.
-void BestHalfRow(const std::vector<Plane>& costs, int row, int width, int keep,
-                 std::uint8_t* HWY_RESTRICT sums) {
-  const U8 d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const int sources = static_cast<int>(costs.size());
-  std::array<const std::uint8_t*, kMaxSources> rows{};
-  for (int s = 0; s < sources; ++s)
-    rows[static_cast<std::size_t>(s)] = costs[static_cast<std::size_t>(s)].Row(row);
-  for (int x = 0; x < width; x += lanes) {
-    hn::Vec<U8> c[kMaxSources];
-    for (int s = 0; s < sources; ++s) c[s] = hn::LoadU(d, rows[static_cast<std::size_t>(s)] + x);
-    auto sum = hn::Zero(d);
-    for (int k = 0; k < keep; ++k) {  // bubbles the k-th smallest to place k
-      for (int s = sources - 1; s > k; --s) {
-        const auto smaller = hn::Min(c[s - 1], c[s]);
-        c[s] = hn::Max(c[s - 1], c[s]);
-        c[s - 1] = smaller;
-      }
-      sum = hn::Add(sum, c[k]);
+void LoadReference(const SweepImage& image, const Rect& tile, Warped& luma) {
+  for (int r = 0; r < tile.height + 2 * kHalo; ++r) {
+    const std::uint8_t* in =
+        image.luma().row(std::clamp(tile.y + r - kHalo, 0, image.height() - 1));
+    for (int c = 0; c < tile.width + 2 * kHalo; ++c) {
+      luma[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] =
+          in[std::clamp(tile.x + c - kHalo, 0, image.width() - 1)];
     }
-    hn::StoreU(sum, d, sums + x);
   }
 }
 
-// Mean of 3x3 sums of `keep` costs, scaled to 0..kMaxCost; `above` and `below` repeat at the
-// border.
-void BoxRow(const std::uint8_t* HWY_RESTRICT above, const std::uint8_t* HWY_RESTRICT here,
-            const std::uint8_t* HWY_RESTRICT below, int width, int keep,
-            std::uint8_t* HWY_RESTRICT out) {
-  const hn::ScalableTag<std::uint16_t> d16;
-  const hn::RebindToSigned<decltype(d16)> signed16;
-  const hn::Rebind<std::uint8_t, decltype(d16)> d8;
-  const int lanes = static_cast<int>(hn::Lanes(d16));
-  const auto factor = hn::Set(d16, static_cast<std::uint16_t>(8 * 65536 / (9 * keep)));
-  const auto most = hn::Set(d16, static_cast<std::uint16_t>(CostVolume::kMaxCost));
-  const auto load = [&](const std::uint8_t* row, int x) {
-    return hn::PromoteTo(d16, hn::LoadU(d8, row + x));
-  };
-  for (int x = 0; x < width; x += lanes) {
-    auto sum = hn::Zero(d16);
-    for (const std::uint8_t* row : {above, here, below}) {
-      sum = hn::Add(sum, hn::Add(load(row, x - 1), hn::Add(load(row, x), load(row, x + 1))));
-    }
-    const auto mean = hn::Min(hn::MulHigh(sum, factor), most);
-    hn::StoreU(hn::DemoteTo(d8, hn::BitCast(signed16, mean)), d8, out + x);
-  }
-}
-
-void CostOfStrip(const Plane& padded, const std::vector<Source>& sources,
-                 const InverseDepthRange& range, const Strip& strip, Scratch& scratch,
-                 CostVolume& volume) {
-  const int keep = (static_cast<int>(sources.size()) + 1) / 2;
-  // Rows of cost that the box needs; at the picture's border the nearest row is repeated.
-  const int first = std::max(0, strip.first - 1);
-  const int last = std::min(strip.height, strip.first + strip.rows + 1);
-  for (int y = first; y < last; ++y) {
-    MaskRow(padded, y + kRadius, strip.width, scratch.masks, y - first);
-  }
-  for (int block = 0; block < range.labels; block += kLabels) {
-    const int labels = std::min(kLabels, range.labels - block);
-    for (int k = 0; k < labels; ++k) {
-      const double w = range.At(block + k);
+void CostOfTile(const SweepImage& reference, const std::vector<SweepSource>& sources,
+                const InverseDepthLabels& labels, const Rect& tile, Scratch& scratch,
+                CostVolume& volume) {
+  const int columns = tile.width + 2 * kBox, rows = tile.height + 2 * kBox;
+  const int half = (static_cast<int>(sources.size()) + 1) / 2;
+  const int scale = (65536 * 8 + 72 * half) / (144 * half);  // of 16 * the box's sum, >> 16
+  LoadReference(reference, tile, scratch.warped);
+  ReferenceCensus(scratch.warped, rows, columns, scratch.census);
+  for (int first = 0; first < labels.count(); first += kTileLabels) {
+    const int count = std::min(kTileLabels, labels.count() - first);
+    for (int i = 0; i < count; ++i) {
+      const double w = labels.w[static_cast<std::size_t>(first + i)];
       for (std::size_t s = 0; s < sources.size(); ++s) {
-        for (int y = first - kRadius; y < last + kRadius; ++y) {
-          const bool inner = y >= first && y < last;
-          WarpRow(sources[s], MapRow(sources[s], w, y), strip.width,
-                  scratch.warped.Row(y - first + kRadius),
-                  inner ? scratch.seen.Row(y - first) : nullptr);
+        for (int r = 0; r < tile.height + 2 * kHalo; ++r) {
+          const RowWarp warp = WarpOfRow(sources[s], w, tile.x - kHalo, tile.y + r - kHalo);
+          Warp(warp, tile.width + 2 * kHalo, scratch.warped[static_cast<std::size_t>(r)].data());
         }
-        for (int row = 0; row < last - first; ++row) {
-          CensusRow(scratch.warped, row + kRadius, strip.width, scratch.masks, row,
-                    scratch.seen.Row(row), scratch.costs[s].Row(row));
-        }
+        CensusDistance(scratch.warped, scratch.census, rows, columns, scratch.distance[s]);
       }
-      for (int row = 0; row < last - first; ++row) {
-        std::uint8_t* sums = scratch.sums.Row(row);
-        BestHalfRow(scratch.costs, row, strip.width, keep, sums);
-        sums[-1] = sums[0];
-        sums[strip.width] = sums[strip.width - 1];
-      }
-      for (int y = strip.first; y < strip.first + strip.rows; ++y) {
-        const auto sums = [&](int at) {
-          return scratch.sums.Row(std::clamp(at, 0, strip.height - 1) - first);
-        };
-        BoxRow(sums(y - 1), sums(y), sums(y + 1), strip.width, keep,
-               scratch.block[static_cast<std::size_t>(k)].Row(y - strip.first));
+      BetterHalf(scratch, sources.size(), rows, columns, scratch.best);
+      for (int y = 0; y < tile.height; ++y) {
+        std::uint8_t row[kTileColumns + kSlack];
+        BoxRow(scratch.best, y, tile.width, scale, scratch.column_sums.data(), row);
+        std::memcpy(scratch.codes.data() + (i * kTileRows + y) * kTileColumns, row,
+                    static_cast<std::size_t>(tile.width));
       }
     }
-    for (int y = 0; y < strip.rows; ++y) {
-      std::array<const std::uint8_t*, kLabels> rows{};
-      for (int k = 0; k < labels; ++k)
-        rows[static_cast<std::size_t>(k)] = scratch.block[static_cast<std::size_t>(k)].Row(y);
-      for (int x = 0; x < strip.width; ++x) {
-        std::uint8_t* out = volume.At(x, strip.first + y) + block;
-        for (int k = 0; k < labels; ++k) out[k] = rows[static_cast<std::size_t>(k)][x];
-      }
-    }
+    StoreLabels(scratch.codes.data(), kTileColumns, kTileRows * kTileColumns, tile, first, count,
+                volume);
   }
 }
 
@@ -315,72 +336,43 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace lamella {
 namespace plane_sweep {
-HWY_EXPORT(CostOfStrip);
-
-namespace {
-
-Eigen::Matrix3d Intrinsics(const Camera& camera) {
-  Eigen::Matrix3d k;
-  k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-  return k;
-}
-
-Source Prepare(const SweepSource& from, const Camera& reference) {
-  Source source;
-  source.width = from.grey.width;
-  source.height = from.grey.height;
-  source.stride = from.grey.width + 4;
-  source.pixels.resize(static_cast<std::size_t>(source.stride) *
-                       static_cast<std::size_t>(source.height + 1));
-  for (int y = 0; y < source.height; ++y) {
-    std::copy_n(from.grey.row(y), source.width,
-                source.pixels.begin() + static_cast<std::ptrdiff_t>(y) * source.stride);
-  }
-  const Eigen::Matrix3d k = Intrinsics(from.camera);
-  source.rotation_part =
-      k * from.source_from_reference.rotation.toRotationMatrix() * Intrinsics(reference).inverse();
-  source.baseline_part = k * from.source_from_reference.translation;
-  return source;
-}
-
-// The reference with its border repeated by the census' radius on all sides.
-Plane Padded(ImageSpan<const std::uint8_t> image) {
-  Plane plane(image.width, image.height + 2 * kRadius, kRadius);
-  for (int y = -kRadius; y < image.height + kRadius; ++y) {
-    const std::uint8_t* from = image.row(std::clamp(y, 0, image.height - 1));
-    std::uint8_t* to = plane.Row(y + kRadius);
-    for (int x = -kRadius; x < image.width + kRadius; ++x) {
-      to[x] = from[std::clamp(x, 0, image.width - 1)];
-    }
-  }
-  return plane;
-}
-
-}  // namespace
+HWY_EXPORT(CostOfTile);
 }  // namespace plane_sweep
 
-CostVolume SweepPlanes(ImageSpan<const std::uint8_t> reference, const Camera& camera,
-                       const std::vector<SweepSource>& sources, const InverseDepthRange& range) {
-  using namespace plane_sweep;
-  std::vector<Source> prepared;
-  for (const SweepSource& source : sources) prepared.push_back(Prepare(source, camera));
-  const Plane padded = Padded(reference);
-  CostVolume volume(reference.width, reference.height, range.labels);
-  const int strips = (reference.height + kStripRows - 1) / kStripRows;
-  ParallelForEach(0, strips, [&](std::int64_t i) {
-    Strip strip;
-    strip.first = static_cast<int>(i) * kStripRows;
-    strip.rows = std::min(kStripRows, reference.height - strip.first);
-    strip.width = reference.width;
-    strip.height = reference.height;
-    Scratch scratch(strip.width, static_cast<int>(prepared.size()));
-    HWY_DYNAMIC_DISPATCH(CostOfStrip)(padded, prepared, range, strip, scratch, volume);
-    for (int y = strip.first; y < strip.first + strip.rows; ++y) {
-      for (int x = 0; x < strip.width; ++x) {
-        std::fill(volume.At(x, y) + range.labels, volume.At(x, y) + volume.stride,
-                  static_cast<std::uint8_t>(CostVolume::kMaxCost));
-      }
+SweepImage::SweepImage(Image<std::uint8_t> luma) : luma_(std::move(luma)), quads_(luma_.size()) {
+  std::size_t i = 0;
+  for (int y = 0; y < luma_.height(); ++y) {
+    const std::uint8_t* row = luma_.row(y);
+    const std::uint8_t* below = luma_.row(std::min(y + 1, luma_.height() - 1));
+    for (int x = 0; x < luma_.width(); ++x, ++i) {
+      const int right = std::min(x + 1, luma_.width() - 1);
+      quads_[i] = static_cast<std::uint32_t>(row[x]) | static_cast<std::uint32_t>(row[right]) << 8 |
+                  static_cast<std::uint32_t>(below[x]) << 16 |
+                  static_cast<std::uint32_t>(below[right]) << 24;
     }
+  }
+}
+
+double InverseDepthLabels::InverseDepth(SubLabel label) const {
+  const auto last = w.size() - 1;
+  const std::size_t below = std::min<std::size_t>(label / kSubLabels, last);
+  const double share = static_cast<double>(label % kSubLabels) / kSubLabels;
+  return below == last ? w[last] : w[below] + share * (w[below + 1] - w[below]);
+}
+
+CostVolume SweepCost(const SweepImage& reference, const std::vector<SweepSource>& sources,
+                     const InverseDepthLabels& labels) {
+  using namespace plane_sweep;  // NOLINT
+  CostVolume volume(reference.width(), reference.height(), labels.count());
+  const int across = (reference.width() + kTileColumns - 1) / kTileColumns;
+  const int down = (reference.height() + kTileRows - 1) / kTileRows;
+  ParallelForEach(0, static_cast<std::int64_t>(across) * down, [&](std::int64_t i) {
+    const int x = static_cast<int>(i % across) * kTileColumns,
+              y = static_cast<int>(i / across) * kTileRows;
+    const Rect tile{x, y, std::min(kTileColumns, reference.width() - x),
+                    std::min(kTileRows, reference.height() - y)};
+    const auto scratch = std::make_unique<Scratch>();
+    HWY_DYNAMIC_DISPATCH(CostOfTile)(reference, sources, labels, tile, *scratch, volume);
   });
   return volume;
 }

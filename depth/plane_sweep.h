@@ -1,40 +1,60 @@
-// Plane sweep for photographs: what matching costs at every pixel and inverse depth.
+// Matching cost of a photograph by a sweep of planes (Collins 1996) of uniform inverse depth.
+//
+// A label is an inverse depth w. A reference pixel's ray (x, y, 1) meets the plane of depth 1/w in
+// front of the reference at the point that a source shows at
+//   p' ~ M (x, y, 1) + w b,   M = Ks R Kr^-1,  b = Ks t,   source_from_reference = (R, t)
+// so the source is warped onto the reference once per label (bilinear, 1/64 px).
+//
+//   sample = Hamming distance of the 5x5 census of the warped source and of the reference, 0..24:
+//            exposure may change from view to view; where the source does not see the point, 14,
+//            slightly worse than chance
+//   cost   = 3x3 box of the mean of the better half of the sources: an occluder hides a point from
+//            some of them
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "depth/cost_volume.h"
-#include "lightfield/camera.h"
 #include "lightfield/image.h"
-#include "lightfield/rigid.h"
 
 namespace lamella {
 
-// Labels are uniform in inverse depth, w = 1/Z: equal steps in the images (Gallup et al. 2008).
-// w0 = 0 is infinity.
-struct InverseDepthRange {
-  double w0 = 0, w1 = 0;  // 1 / world units; w0 < w1
-  int labels = 0;         // >= 2
-  double Step() const { return (w1 - w0) / (labels - 1); }
-  double At(double label) const { return w0 + label * Step(); }
+// Luma as the sweep reads it: each element holds four pixels, so that one gather fetches all that a
+// bilinear sample needs. At most 32767 px wide and high.
+class SweepImage {
+ public:
+  explicit SweepImage(Image<std::uint8_t> luma);
+  int width() const { return luma_.width(); }
+  int height() const { return luma_.height(); }
+  const Image<std::uint8_t>& luma() const { return luma_; }
+  // Bytes from the lowest: (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1); edges repeat.
+  const std::uint32_t* quads() const { return quads_.data(); }
+
+ private:
+  Image<std::uint8_t> luma_;
+  std::vector<std::uint32_t> quads_;
 };
 
 struct SweepSource {
-  ImageSpan<const std::uint8_t> grey;  // of the camera's size
-  Camera camera;                       // pinhole
-  Rigid source_from_reference;         // camera frames
+  const SweepImage* image = nullptr;
+  Eigen::Matrix3d m;  // pixels of the reference to the source's, both continuous
+  Eigen::Vector3d b;
+};
+constexpr int kMaxSweepSources = 8;
+
+// Inverse depths (1 / world unit), rising; they need not be evenly spaced.
+struct InverseDepthLabels {
+  std::vector<double> w;
+  int count() const { return static_cast<int>(w.size()); }
+  // Between labels: a share of the step to the next or from the last one.
+  double InverseDepth(SubLabel label) const;
 };
 
-// The cost of pixel p at inverse depth w, in 0..191:
-//   census 5x5 of each source warped by the plane at w against the reference's (24 comparisons;
-//   Zabih and Woodfill 1994: it does not mind exposure), 14 where the source does not see the
-//   point; mean of the ceil(n/2) smallest over the n sources, since an occluder hides a point from
-//   some; mean over 3x3 pixels.
-// Integers after the warp's coordinates, whose float operations are exact IEEE ones: the same
-// bytes on every machine and for every number of threads. 1 to 8 sources; sources of at least
-// 2x2 pixels.
-CostVolume SweepPlanes(ImageSpan<const std::uint8_t> reference, const Camera& camera,
-                       const std::vector<SweepSource>& sources, const InverseDepthRange& range);
+// Costs are 8 times the mean distance, saturated. 1 to kMaxSweepSources sources.
+CostVolume SweepCost(const SweepImage& reference, const std::vector<SweepSource>& sources,
+                     const InverseDepthLabels& labels);
 
 }  // namespace lamella
