@@ -158,8 +158,9 @@ std::vector<LayerGroup> GroupLayers(const Display& display) {
 }
 
 LayerWeights WeightsOf(const Display& display, const LayersOptions& options) {
+  const double offset = options.border_offset_mm.value_or(BorderOffsetMm(display));
   std::vector<double> positions;
-  for (const Layer& layer : display.layers) positions.push_back(layer.position_mm);
+  for (const Layer& layer : display.layers) positions.push_back(layer.position_mm + offset);
   return {positions, options.border_mm.value_or(display.border_mm)};
 }
 
@@ -248,6 +249,12 @@ std::vector<int> BeamsWithin(const RayMap& map, Axis axis, int slot, double half
 
 }  // namespace
 
+double BorderOffsetMm(const Display& display) {
+  double sum = 0;
+  for (const Layer& layer : display.layers) sum += SharpestOffsetMm(layer);
+  return sum / static_cast<double>(display.layers.size());
+}
+
 LayerImages Distribute(const RaySource& source, const Display& display,
                        const LayersOptions& options, Progress& progress) {
   Check(display, display.name);
@@ -277,42 +284,54 @@ double SeenShare(const LayerImages& images, const Display& display, double width
 }
 
 OptionTable Describe(LayersOptions& options) {
-  OptionTable table{"layers",
-                    {{"display",
-                      "a display's name (see `lamella displays`) or TOML file",
-                      &options.display,
-                      {},
-                      {},
-                      {},
-                      "--display"},
-                     {"nodes_per_step",
-                      "directions per axis and emitter step for which the capture is rendered",
-                      &options.nodes_per_step,
-                      1,
-                      8,
-                      {},
-                      "--nodes-per-step"},
-                     {"samples_per_pixel",
-                      "rays per axis and emitter pitch of a rendered direction",
-                      &options.samples_per_pixel,
-                      1,
-                      8,
-                      {},
-                      "--samples-per-pixel"},
-                     {"border_mm",
-                      "width over which neighbouring layers overlap, mm (default: the display's)",
-                      &options.border_mm,
-                      0,
-                      1e6,
-                      {},
-                      "--border-mm"}}};
+  OptionTable table{
+      "layers",
+      {{"display",
+        "a display's name (see `lamella displays`) or TOML file",
+        &options.display,
+        {},
+        {},
+        {},
+        "--display"},
+       {"nodes_per_step",
+        "directions per axis and emitter step for which the capture is rendered",
+        &options.nodes_per_step,
+        1,
+        8,
+        {},
+        "--nodes-per-step"},
+       {"samples_per_pixel",
+        "rays per axis and emitter pitch of a rendered direction",
+        &options.samples_per_pixel,
+        1,
+        8,
+        {},
+        "--samples-per-pixel"},
+       {"border_mm",
+        "width over which neighbouring layers overlap, mm (default: the display's)",
+        &options.border_mm,
+        0,
+        1e6,
+        {},
+        "--border-mm"},
+       {"border_offset_mm",
+        "borders lie so far in front of the middles between layers, mm (default: where the layers "
+        "are sharpest; 0: the paper's)",
+        &options.border_offset_mm,
+        -1e6,
+        1e6,
+        {},
+        "--border-offset-mm"}}};
   for (OptionField& field : Describe(options.placement)) table.fields.push_back(std::move(field));
   return table;
 }
 
+// hci_antinous on paper-two-layer, 540 x 540 px, dB of the simulated eyes within +-54 mm: 1 node
+// and 1 sample 35.44, 1 and 2 35.51, 2 and 1 35.55, 2 and 2 35.56, at 1, 4, 4 and 15 times the
+// rays.
 void ApplyQuality(Quality quality, LayersOptions& options) {
   options.nodes_per_step = quality == Quality::kBest ? 2 : 1;
-  options.samples_per_pixel = quality == Quality::kDraft ? 1 : 2;
+  options.samples_per_pixel = 1;
 }
 
 }  // namespace lamella

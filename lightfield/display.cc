@@ -124,6 +124,11 @@ double SharpRangeMm(const Display& display, const Layer& layer) {
   return layer.d0_mm * LatticePitchMm(display, layer) / display.emitter_pitch_mm();
 }
 
+double SharpestOffsetMm(const Layer& layer) {
+  const double opening = layer.barrier.aperture_px;  // in emitters, so w_u = 1
+  return -layer.d0_mm * opening * opening / (opening * opening + 1);
+}
+
 double CutoffPerMm(const Display& display, const Layer& layer, double offset_mm) {
   const double lattice = 1 / (2 * LatticePitchMm(display, layer));
   if (offset_mm == 0) return lattice;

@@ -71,6 +71,10 @@ std::string ToToml(const Display& display);  // reads back to the same display
 double FieldOfViewDeg(const Display& display, const Layer& layer);  // 2 atan(P p / (2 d0))
 double LatticePitchMm(const Display& display, const Layer& layer);  // Delta x = q p, of all slots
 double SharpRangeMm(const Display& display, const Layer& layer);    // z_max = d0 Delta x / Delta u
+// Where a barrier's beam is narrowest, relative to the modulating plane (displays.md section 1.3):
+// -d0 w_x^2 / (w_x^2 + w_u^2), between the emitters (wide openings) and the modulator (narrow
+// ones).
+double SharpestOffsetMm(const Layer& layer);
 double CutoffPerMm(const Display& display, const Layer& layer, double offset_mm);  // Eq. 1
 // Neighbouring emitters of an opening are seen this far apart at a distance from the modulator.
 double ViewSpacingMm(const Display& display, const Layer& layer, double distance_mm);

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "distribute/assign.h"
 #include "distribute/displays.h"
 #include "distribute/simulate_eye.h"
 #include "lightfield/error.h"
@@ -64,7 +65,7 @@ class Reference : public ::testing::TestWithParam<Agreement> {};
 
 TEST_P(Reference, AgreesWithManyRaysABeam) {
   const Agreement& p = GetParam();
-  const Display display = Small(p.display, 48, 24);
+  const Display display = Small(p.display, 36, 24);
   AnalyticScene scene;
   scene.rectangles = {Plane(p.z, Waves(0.4))};
   const LayerImages images =
@@ -82,29 +83,29 @@ TEST_P(Reference, AgreesWithManyRaysABeam) {
 
 // What a display shows of such planes is 20 to 40 dB from the planes themselves.
 INSTANTIATE_TEST_SUITE_P(Planes, Reference,
-                         ::testing::Values(Agreement{"paper-two-layer", -20, 1, 1, 38},
+                         ::testing::Values(Agreement{"paper-two-layer", -20, 1, 1, 37},
                                            Agreement{"paper-two-layer", -10, 1, 1, 48},
-                                           Agreement{"paper-two-layer", 0, 1, 1, 43},
+                                           Agreement{"paper-two-layer", -4, 1, 1, 39},
                                            Agreement{"paper-two-layer", 6, 1, 1, 46},
                                            Agreement{"paper-two-layer", 20, 1, 1, 43},
                                            Agreement{"paper-two-layer", 6, 2, 2, 58},
                                            Agreement{"paper-two-layer", -20, 2, 2, 49},
-                                           Agreement{"paper-two-layer", -20, 4, 4, 57},
+                                           Agreement{"paper-two-layer", -20, 4, 3, 55},
                                            Agreement{"paper-two-layer-half", 3, 1, 1, 38},
                                            Agreement{"paper-two-layer-half", 3, 4, 4, 56},
                                            Agreement{"paper-one-layer", -4, 2, 2, 56}));
 
 TEST(Distribute, AgreesWithManyRaysWhereThingsHideOthers) {
-  const Display display = Small("paper-two-layer", 48, 30);
+  const Display display = Small("paper-two-layer", 42, 24);
   AnalyticScene scene;
   scene.rectangles = {
       Plane(-12, Waves(0.3)), {9, -3, 2, -1, 4, Waves(0.4)}, {-1, 1, 6, -3, 2, Constant(0.9F)}};
   const LayerImages draft = Distribute(scene, display, Options(1, 1), SilentProgress());
-  const LayerImages fine = Distribute(scene, display, Options(4, 4), SilentProgress());
+  const LayerImages fine = Distribute(scene, display, Options(3, 3), SilentProgress());
   for (int layer = 0; layer < 2; ++layer) {
     const EmitterImage truth = ReferenceEmitters(scene, display, layer, 4, 6);
     EXPECT_GE(EmitterPsnr(draft.slots[static_cast<std::size_t>(layer)][4], truth), 27);
-    EXPECT_GE(EmitterPsnr(fine.slots[static_cast<std::size_t>(layer)][4], truth), 40);
+    EXPECT_GE(EmitterPsnr(fine.slots[static_cast<std::size_t>(layer)][4], truth), 37);
   }
 }
 
@@ -119,7 +120,7 @@ TEST(Distribute, AgreesWithManyRaysWithoutShear) {
 
 TEST(Distribute, GivesTheWholeLightOfAPlaneToItsLayersTogether) {
   const Display display = Small("paper-two-layer", 48, 36);
-  for (const double z : {-25.0, -1.5, 0.0, 0.7, 2.0, 30.0}) {
+  for (const double z : {-25.0, -5.5, -4.0, -3.3, -2.0, 30.0}) {
     AnalyticScene scene;
     scene.rectangles = {Plane(z, Constant(0.7F))};
     const LayerImages images = Distribute(scene, display, Options(1, 1), SilentProgress());
@@ -213,7 +214,7 @@ TEST(Distribute, TakesLightThatIsNotFiniteAsUnknown) {
 }
 
 TEST(Distribute, DoesNotDependOnTheNumberOfThreads) {
-  const Display display = Small("paper-two-layer", 120, 120);
+  const Display display = Small("paper-two-layer", 96, 60);
   AnalyticScene scene;
   scene.rectangles = {Plane(-12, Waves(0.3)), {9, -3, 2, -1, 4, Waves(0.4)}};
   const auto run = [&](int threads) {
@@ -306,9 +307,12 @@ TEST(Distribute, HoldsAtTheExtremesOfDisplays) {
     Check(d, "test");
     const LayerImages images = Distribute(scene, d, Options(1, 1), SilentProgress());
     EXPECT_GT(images.seen_share, 0.99);
+    std::vector<double> positions;
+    for (const Layer& layer : d.layers) positions.push_back(layer.position_mm + BorderOffsetMm(d));
+    const LayerWeights weights(positions, d.border_mm);
     for (std::size_t layer = 0; layer < d.layers.size(); ++layer) {
       for (const EmitterImage& image : images.slots[layer]) {
-        const double weight = ReferenceWeight(d, static_cast<int>(layer), 0);
+        const double weight = static_cast<double>(weights.Weight(static_cast<int>(layer), 0));
         for (std::size_t i = 0; i < image.color.size(); ++i) {
           if (image.coverage.data()[i] == 0) continue;
           EXPECT_NEAR(static_cast<double>(image.color.data()[i].g), 0.5 * weight, 1e-5);
@@ -316,6 +320,19 @@ TEST(Distribute, HoldsAtTheExtremesOfDisplays) {
       }
     }
   }
+}
+
+TEST(Distribute, PutsBordersWhereLayersAreSharpestOrWhereItIsTold) {
+  const Display display = Small("paper-two-layer", 48, 36);
+  EXPECT_DOUBLE_EQ(BorderOffsetMm(display), -4);
+  EXPECT_DOUBLE_EQ(BorderOffsetMm(Small("paper-two-layer-half", 48, 36)), -2.5);
+  AnalyticScene scene;
+  scene.rectangles = {Plane(-1, Constant(1))};
+  LayersOptions options = Options(1, 1);
+  options.border_offset_mm = 0;  // the paper's: z = -1 is 3/4 the back layer's
+  const LayerImages images = Distribute(scene, display, options, SilentProgress());
+  EXPECT_NEAR(images.slots[0][4].color(20, 15).g, 0.75F, 1e-5F);
+  EXPECT_NEAR(images.slots[1][4].color(20, 15).g, 0.25F, 1e-5F);
 }
 
 TEST(Distribute, RefusesABorderWiderThanTheSpacing) {
