@@ -88,7 +88,7 @@ class PixelVote {
       const float candidate = map.w(x, y);
       // Most warped candidates repeat the best so far.
       if (candidate < 0 || (i > 0 && Same(static_cast<double>(candidate), best.w))) continue;
-      const Verdict verdict = Judge(x, y, static_cast<double>(candidate));
+      const Verdict verdict = Judge(x, y, static_cast<double>(candidate), i);
       const float score =
           static_cast<float>(verdict.confirmed - verdict.contradicted) + (i == 0 ? kOwnBonus : 0);
       if (score <= best_score) continue;
@@ -96,7 +96,7 @@ class PixelVote {
       best_score = score;
       confidence = map.confidence(x, y);
     }
-    const bool known = best.confirmed - (best.own ? 1 : 0) >= needed_ && best_score > 0;
+    const bool known = best.confirmed >= needed_ && best_score > 0;
     result.w(x, y) = known ? static_cast<float>(best.mean) : kUnknown;
     const float share = std::min(1.0F, static_cast<float>(best.confirmed) / kSureConfirmations);
     result.confidence(x, y) = known ? confidence * share : 0;
@@ -104,25 +104,27 @@ class PixelVote {
 
  private:
   struct Verdict {
-    double w = -1, mean = 0;  // the candidate, and its mean with what confirms it
-    int confirmed = 0, contradicted = 0;
-    bool own = false;  // the pixel's own value is among the confirmations
+    double w = -1, mean = 0;              // the candidate, and its mean with what confirms it
+    int confirmed = 0, contradicted = 0;  // maps other than the one that it is from
   };
 
   bool Same(double a, double b) const {
     return b >= 0 && std::abs(a - b) <= std::max(options_.tolerance * b, 0.5 * options_.step);
   }
 
-  Verdict Judge(int x, int y, double w) const {
-    Verdict verdict{w, 0, 0, 0, false};
+  // `from`: 0 the own map's candidate, else that of neighbour from - 1. A map does not confirm
+  // itself.
+  Verdict Judge(int x, int y, double w, std::size_t from) const {
+    Verdict verdict{w, 0, 0, 0};
     double sum = w;
     const auto own = static_cast<double>(own_.w(x, y));
-    if (own >= 0 && own != w && Same(own, w)) {
-      verdict.own = true;
+    if (from > 0 && own >= 0 && Same(own, w)) {
       ++verdict.confirmed;
       sum += own;
     }
-    for (const NeighbourMap& neighbour : neighbours_) {
+    for (std::size_t i = 0; i < neighbours_.size(); ++i) {
+      if (i + 1 == from) continue;
+      const NeighbourMap& neighbour = neighbours_[i];
       const Seen p = Transfer(neighbour.there, x + 0.5, y + 0.5, w);
       if (!Inside(neighbour.map->w, p)) continue;
       const auto there = static_cast<double>(Sample(neighbour.map->w, p, kSurfaceJump));

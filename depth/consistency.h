@@ -28,8 +28,9 @@ struct ConsistencyOptions {
 // the place where it shows the point has the same inverse depth (within the tolerance) and leads
 // back to within return_px; it contradicts it when its map there lies behind: it sees through. The
 // candidate with the most confirmations less contradictions wins, the own one by half a vote, and
-// is averaged with the confirming maps. Fewer confirmations than asked (own map included where a
-// neighbour's candidate wins), or islands that are too small: unknown.
+// is averaged with the confirming maps; the map that it is from counts neither way. Fewer
+// confirmations than asked (than half of the neighbours, where that is less), or islands that are
+// too small: unknown.
 // Confidence: that of the candidate, times min(1, confirmations / 3).
 InverseDepthMap MakeConsistent(const InverseDepthMap& own,
                                const std::vector<NeighbourMap>& neighbours,

@@ -132,25 +132,28 @@ std::vector<int> ChooseFusionViews(const std::vector<View>& views, int reference
     int Squared() const { return rows * rows + columns * columns; }
   };
   std::vector<Other> others;
-  int nearest = std::numeric_limits<int>::max(), farthest = 0;
+  int nearest = std::numeric_limits<int>::max();
   for (int v = 0; v < static_cast<int>(views.size()); ++v) {
     const GridPosition p = *views[static_cast<std::size_t>(v)].grid;
     const Other other{v, p.row - at.row, p.column - at.column};
     if (other.Steps() == 0) continue;
     others.push_back(other);
     nearest = std::min(nearest, other.Steps());
-    farthest = std::max(farthest, other.Steps());
   }
-  // The full spacing, but not so wide that it leaves the grid.
-  const int spacing = std::max(nearest, std::min(reach, (farthest + 1) / 2));
-  std::erase_if(others,
-                [&](const Other& o) { return o.rows % spacing != 0 || o.columns % spacing != 0; });
   std::stable_sort(others.begin(), others.end(),
                    [](const Other& a, const Other& b) { return a.Squared() < b.Squared(); });
-  if (others.size() > kMaxFusionViews) others.resize(kMaxFusionViews);
-  std::vector<int> chosen;
-  for (const Other& other : others) chosen.push_back(other.view);
-  return chosen;
+  // The widest spacing at which there are enough, else the one at which there are most.
+  std::vector<int> best;
+  for (int spacing = std::max(reach, nearest); spacing >= 1 && best.size() < kMaxFusionViews;
+       --spacing) {
+    std::vector<int> chosen;
+    for (const Other& o : others) {
+      const bool on_lattice = o.rows % spacing == 0 && o.columns % spacing == 0;
+      if (on_lattice && chosen.size() < kMaxFusionViews) chosen.push_back(o.view);
+    }
+    if (chosen.size() > best.size()) best = std::move(chosen);
+  }
+  return best;
 }
 
 }  // namespace lamella

@@ -26,8 +26,10 @@ struct FusionTolerance {
 DisparityMap FuseGridView(const DisparityMap& own, const std::vector<GridNeighbour>& neighbours,
                           const FusionTolerance& tolerance);
 
-// The views that `reference` is fused with: the eight nearest of those that lie `reach` steps apart
-// from it and from each other (less where the grid is smaller).
+// The views that `reference` is fused with: up to eight, the nearest of those that lie a multiple
+// of a spacing from it in row and column. The spacing is `reach` steps (or that of the nearest
+// view), or less where the grid is too small for that: maps of views far apart have independent
+// errors.
 std::vector<int> ChooseFusionViews(const std::vector<View>& views, int reference, int reach);
 
 }  // namespace lamella
