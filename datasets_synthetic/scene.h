@@ -35,6 +35,8 @@ struct Scene {
 class SceneSource : public RaySource {
  public:
   explicit SceneSource(Scene scene);
+  SceneSource(const SceneSource&) = delete;  // embree_ asks back for the surfaces
+  SceneSource& operator=(const SceneSource&) = delete;
 
   void Query(const RayBundle& bundle, const Rect& rectangle,
              ImageSpan<RaySample> samples) const override;

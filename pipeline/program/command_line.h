@@ -51,6 +51,7 @@ void AddStatus(CLI::App& program, Invocation& invocation);
 void AddCompare(CLI::App& program, Invocation& invocation);
 void AddCompareImages(CLI::App& compare, Invocation& invocation);  // to the verb compare
 void AddDisplays(CLI::App& program, Invocation& invocation);
+void AddSynth(CLI::App& program, Invocation& invocation);
 void AddDoctor(CLI::App& program, Invocation& invocation);
 void AddViews(CLI::App& program, Invocation& invocation);
 

@@ -93,6 +93,7 @@ int Main(int argc, char** argv) {
   AddCompare(program, invocation);
   AddDisplays(program, invocation);
   AddViews(program, invocation);
+  AddSynth(program, invocation);
   AddDoctor(program, invocation);
   if (argc == 1) {
     fmt::print("{}", program.help());
