@@ -117,9 +117,32 @@ inline std::uint64_t Bits(M mask) {
   return bits;
 }
 
-void See(const TileView& view, bool unseen_only, TileRays& rays, ActiveRays& active) {
+// Lanes of a mask behind those of the rays before. (CompressStore loads a table for every call.)
+inline void Append(int first, F x, F y, F weight, M mask, ActiveRays& active) {
   const Floats d;
   const Ints di;
+  const auto to = static_cast<std::size_t>(active.count);
+  hn::StoreU(hn::Iota(di, first), di, &active.ray[to]);
+  hn::StoreU(x, d, &active.x[to]);
+  hn::StoreU(y, d, &active.y[to]);
+  hn::StoreU(weight, d, &active.weight[to]);
+  if (hn::AllTrue(d, mask)) {
+    active.count += static_cast<int>(hn::Lanes(d));
+    return;
+  }
+  std::size_t end = to;
+  for (std::uint64_t bits = Bits(mask); bits != 0; bits &= bits - 1, ++end) {
+    const std::size_t from = to + static_cast<std::size_t>(std::countr_zero(bits));
+    active.ray[end] = active.ray[from];
+    active.x[end] = active.x[from];
+    active.y[end] = active.y[from];
+    active.weight[end] = active.weight[from];
+  }
+  active.count = static_cast<int>(end);
+}
+
+void See(const TileView& view, bool unseen_only, TileRays& rays, ActiveRays& active) {
+  const Floats d;
   const F zero = hn::Zero(d), one = Constant(1.0F);
   const F width = Constant(view.width), height = Constant(view.height);
   const F at_nearness = Constant(view.at_nearness);
@@ -156,11 +179,7 @@ void See(const TileView& view, bool unseen_only, TileRays& rays, ActiveRays& act
     const M adds = hn::And(wanted, weight > Constant(kNegligible) * before);
     hn::StoreU(before + hn::IfThenElseZero(adds, weight), d, &rays.weight[k]);
     if (hn::AllFalse(d, adds)) continue;
-    const auto to = static_cast<std::size_t>(active.count);
-    hn::CompressStore(hn::Iota(di, i), hn::RebindMask(di, adds), di, &active.ray[to]);
-    hn::CompressStore(x, adds, d, &active.x[to]);
-    hn::CompressStore(y, adds, d, &active.y[to]);
-    active.count += static_cast<int>(hn::CompressStore(weight, adds, d, &active.weight[to]));
+    Append(i, x, y, weight, adds, active);
   }
 }
 

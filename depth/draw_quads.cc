@@ -21,6 +21,9 @@ namespace lamella {
 namespace draw_quads {
 
 constexpr float kOverlap = 1e-3F;
+// Vertices nearer to the viewer's own plane than this (of the block's distance) are not drawn: what
+// they belong to has no extent there.
+constexpr float kInFront = 1e-6F;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct Vertex {
@@ -182,6 +185,24 @@ inline void DrawPoint(const Lanes& q, F column, F row, M candidates, ImageSpan<f
   }
 }
 
+void Map(const LocalMap& map, float at_w, const float* da, float db, const float* w, int count,
+         float* u, float* v, float* n) {
+  const Floats d;
+  const auto c = [&](float value) { return hn::Set(d, value); };
+  const F m_row = c(map.m0 + map.mb * db), x_row = c(map.x_0 + map.xb * db);
+  const F y_row = c(map.y_0 + map.yb * db), q_row = c(map.q_0 + map.qb * db);
+  const F nothing = c(std::numeric_limits<float>::quiet_NaN());
+  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
+    const F a = hn::LoadU(d, da + i), whole = hn::LoadU(d, w + i), dw = whole - c(at_w);
+    const F m = m_row + (c(map.ma) * a + c(map.mc) * dw);
+    const F inverse = c(1.0F) / m;
+    const F x = c(map.x0) + (x_row + (c(map.xa) * a + c(map.xc) * dw)) * inverse;
+    hn::StoreU(hn::IfThenElse(m > c(kInFront), x, nothing), d, u + i);
+    hn::StoreU(c(map.y0) + (y_row + (c(map.ya) * a + c(map.yc) * dw)) * inverse, d, v + i);
+    hn::StoreU((q_row + (c(map.qa) * a + c(map.qc) * whole)) * inverse, d, n + i);
+  }
+}
+
 void Draw(const Quads& quads, ImageSpan<float> raster) {
   const Floats d;
   const hn::Rebind<std::uint8_t, Floats> d8;
@@ -238,12 +259,19 @@ HWY_AFTER_NAMESPACE();
 namespace lamella {
 namespace draw_quads {
 HWY_EXPORT(Draw);
+HWY_EXPORT(Map);
 }  // namespace draw_quads
 
 void DrawQuads(const Quads& quads, ImageSpan<float> raster) {
   if (raster.width < 1 || raster.height < 1) return;
   using namespace draw_quads;  // NOLINT
   HWY_DYNAMIC_DISPATCH(Draw)(quads, raster);
+}
+
+void MapVertices(const LocalMap& map, float at_w, const float* da, float db, const float* w,
+                 int count, float* u, float* v, float* n) {
+  using namespace draw_quads;  // NOLINT
+  HWY_DYNAMIC_DISPATCH(Map)(map, at_w, da, db, w, count, u, v, n);
 }
 
 }  // namespace lamella

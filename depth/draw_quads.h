@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "depth/bundle_map.h"
 #include "lightfield/image.h"
 
 namespace lamella {
@@ -16,6 +17,12 @@ struct Quads {
   int count = 0;
 };
 inline constexpr int kQuadPadding = 16;
+
+// Vertices (da[i], db) with inverse depth w[i] through `map` (around inverse depth `at_w`) to
+// (u[i], v[i]) with nearness n[i]; u is not a number where they are not in front. Reads and writes
+// up to kQuadPadding beyond the last vertex.
+void MapVertices(const LocalMap& map, float at_w, const float* da, float db, const float* w,
+                 int count, float* u, float* v, float* n);
 
 // Each quad is the two triangles a b c and d c b. A raster point (i + 0.5, j + 0.5) that a triangle
 // covers takes the triangle's value there (linear) where that is finite and larger than its own.

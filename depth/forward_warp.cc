@@ -12,16 +12,10 @@ namespace lamella {
 namespace {
 
 constexpr int kBlock = DepthLevel::kBlock;
-// Cells nearer to the viewer's own plane than this (of the block's distance) are not drawn: they
-// have no extent there.
-constexpr float kInFront = 1e-6F;
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 // A row of a block's vertices, mapped.
 struct VertexRow {
   static constexpr int kSize = kBlock + 1 + kQuadPadding;
-  std::array<float, kSize> u{}, v{}, n{}, m{};
+  std::array<float, kSize> u{}, v{}, n{};
 };
 
 // Quads that are not cells, gathered to be drawn together.
@@ -29,11 +23,15 @@ class QuadBatch {
  public:
   explicit QuadBatch(ImageSpan<float> raster) : raster_(raster) { drawn_.fill(1); }
 
-  void Add(const std::array<LocalMap::Out, 4>& corners) {
+  // Corners a b / c d of [x0, x1] x [y0, y1] around the map's point, at one inverse depth.
+  void Add(const LocalMap& map, const std::array<float, 2>& x, const std::array<float, 2>& y,
+           float dw, float w) {
     for (std::size_t k = 0; k < 4; ++k) {
-      u_[k][count_] = corners[k].x;
-      v_[k][count_] = corners[k].y;
-      n_[k][count_] = corners[k].q;
+      const LocalMap::Out corner = map(x[k % 2], y[k / 2], dw, w);
+      if (!(corner.m > 0)) return;
+      u_[k][count_] = corner.x;
+      v_[k][count_] = corner.y;
+      n_[k][count_] = corner.q;
     }
     if (++count_ == kSize) Flush();
   }
@@ -71,6 +69,9 @@ class BlockDrawer {
         quarters_(raster) {}
 
   void Draw(const Rect& cells) {
+    for (int i = 0; i <= cells.width; ++i) {
+      da_[static_cast<std::size_t>(i)] = level_.ColumnAt(cells.x + i) - at_x_;
+    }
     std::array<VertexRow, 2> rows;
     MapRow(cells, cells.y, rows[0]);
     for (int y = cells.y; y < cells.y + cells.height; ++y) {
@@ -84,64 +85,45 @@ class BlockDrawer {
 
  private:
   void MapRow(const Rect& cells, int y, VertexRow& row) const {
-    const float* inverse_depth = level_.inverse_depth.row(y) + cells.x;
-    const float dy = level_.RowAt(y) - at_y_;
-    for (int i = 0; i <= cells.width; ++i) {
-      const float w = inverse_depth[i];
-      const LocalMap::Out out = map_(level_.ColumnAt(cells.x + i) - at_x_, dy, w - at_w_, w);
-      const auto k = static_cast<std::size_t>(i);
-      row.u[k] = out.x;
-      row.v[k] = out.y;
-      row.n[k] = out.q;
-      row.m[k] = out.m;
-    }
+    MapVertices(map_, at_w_, da_.data(), level_.RowAt(y) - at_y_,
+                level_.inverse_depth.row(y) + cells.x, cells.width + 1, row.u.data(), row.v.data(),
+                row.n.data());
   }
 
   void DrawCells(const Rect& cells, int y, const VertexRow& upper, const VertexRow& lower) {
     const std::uint8_t* smooth = level_.smooth.row(y) + cells.x;
-    std::array<std::uint8_t, kBlock + kQuadPadding> drawn{};
-    for (int i = 0; i < cells.width; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const float front =
-          std::min(std::min(upper.m[k], upper.m[k + 1]), std::min(lower.m[k], lower.m[k + 1]));
-      drawn[k] = smooth[i] != 0 && front > kInFront;
-    }
     const float *uu = upper.u.data(), *uv = upper.v.data(), *un = upper.n.data();
     const float *lu = lower.u.data(), *lv = lower.v.data(), *ln = lower.n.data();
     DrawQuads({{uu, uu + 1, lu, lu + 1},
                {uv, uv + 1, lv, lv + 1},
                {un, un + 1, ln, ln + 1},
-               drawn.data(),
+               smooth,
                cells.width},
               raster_);
-    for (int i = 0; i < cells.width; ++i) {
-      if (smooth[i] == 0) DrawBroken(cells.x + i, y);
+    const std::uint8_t* end = smooth + cells.width;
+    for (const std::uint8_t* cell = std::find(smooth, end, 0); cell != end;
+         cell = std::find(cell + 1, end, 0)) {
+      DrawBroken(cells.x + static_cast<int>(cell - smooth), y);
     }
   }
 
   // A broken cell: every known corner keeps its quarter.
   void DrawBroken(int x, int y) {
-    const float x0 = level_.ColumnAt(x), x1 = level_.ColumnAt(x + 1), xm = 0.5F * (x0 + x1);
-    const float y0 = level_.RowAt(y), y1 = level_.RowAt(y + 1), ym = 0.5F * (y0 + y1);
-    Quarter(x0, xm, y0, ym, level_.inverse_depth(x, y));
-    Quarter(xm, x1, y0, ym, level_.inverse_depth(x + 1, y));
-    Quarter(x0, xm, ym, y1, level_.inverse_depth(x, y + 1));
-    Quarter(xm, x1, ym, y1, level_.inverse_depth(x + 1, y + 1));
-  }
-
-  void Quarter(float x0, float x1, float y0, float y1, float w) {
-    if (w < 0) return;
-    const auto at = [&](float x, float y) { return map_(x - at_x_, y - at_y_, w - at_w_, w); };
-    const std::array<LocalMap::Out, 4> corners{at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1)};
-    for (const LocalMap::Out& corner : corners) {
-      if (!(corner.m > kInFront)) return;
+    const float x0 = level_.ColumnAt(x) - at_x_, x1 = level_.ColumnAt(x + 1) - at_x_;
+    const float y0 = level_.RowAt(y) - at_y_, y1 = level_.RowAt(y + 1) - at_y_;
+    const float xm = 0.5F * (x0 + x1), ym = 0.5F * (y0 + y1);
+    for (int corner = 0; corner < 4; ++corner) {
+      const float w = level_.inverse_depth(x + corner % 2, y + corner / 2);
+      if (w < 0) continue;
+      quarters_.Add(map_, {corner % 2 == 0 ? x0 : xm, corner % 2 == 0 ? xm : x1},
+                    {corner / 2 == 0 ? y0 : ym, corner / 2 == 0 ? ym : y1}, w - at_w_, w);
     }
-    quarters_.Add(corners);
   }
 
   const DepthLevel& level_;
   const LocalMap& map_;
   float at_x_, at_y_, at_w_;
+  std::array<float, VertexRow::kSize> da_{};
   ImageSpan<float> raster_;
   QuadBatch quarters_;
 };
@@ -206,7 +188,7 @@ void DrawSurface(const DepthLevel& level, const Eigen::Matrix4d& bundle_from_lev
 
 void FillFromFartherSide(float otherwise, ImageSpan<float> nearness) {
   const int width = nearness.width, height = nearness.height;
-  constexpr float kNone = kInfinity;
+  constexpr float kNone = std::numeric_limits<float>::infinity();
   // What a hole is filled with; +inf elsewhere and where nothing is found.
   Image<float> fill(width, height, kNone);
   bool any = false;

@@ -16,6 +16,7 @@ constexpr double kStep = 0.5, kStandsOut = 3;  // see SurfaceRule
 constexpr float kLeastConfidence = 1e-3F;
 constexpr float kLargestInverseDepth = 1e20F;  // far from overflow when it is mapped
 constexpr int kHalfExponent = 15;              // 2^16 is beyond the largest half float
+constexpr int kReadAhead = 32;                 // kernels read so many pixels too far
 constexpr int kSmallestColorLevel = 8;         // px of the longer side
 
 struct DepthPixel {
@@ -30,7 +31,8 @@ DepthPixel FromDepth(float depth, float confidence) {
 }
 
 void Allocate(DepthLevel& level) {
-  level.inverse_depth = Image<float>(level.width + 2, level.height + 2);
+  const int stride = level.width + 2;
+  level.inverse_depth = Image<float>(stride, level.height + 2 + kReadAhead / stride + 1, -1.0F);
   level.confidence = Image<float>(level.width + 2, level.height + 2);
 }
 
@@ -39,8 +41,8 @@ void Set(DepthLevel& level, int x, int y, const DepthPixel& pixel) {
   level.confidence(x + 1, y + 1) = pixel.confidence;
 }
 
-void RepeatBorder(Image<float>& pixels) {
-  const int right = pixels.width() - 1, bottom = pixels.height() - 1;
+void RepeatBorder(int width, int height, Image<float>& pixels) {
+  const int right = width + 1, bottom = height + 1;
   for (int y = 1; y < bottom; ++y) {
     pixels(0, y) = pixels(1, y);
     pixels(right, y) = pixels(right - 1, y);
@@ -52,8 +54,9 @@ void RepeatBorder(Image<float>& pixels) {
 }
 
 // Which neighbours are joined, for all pixels of a padded map: bit 0 to the right, bit 1 downwards.
-Image<std::uint8_t> Joints(const Image<float>& pixels, const SurfaceRule& rule) {
-  const int width = pixels.width(), height = pixels.height();
+Image<std::uint8_t> Joints(const DepthLevel& level, const SurfaceRule& rule) {
+  const Image<float>& pixels = level.inverse_depth;
+  const int width = level.width + 2, height = level.height + 2;
   Image<std::uint8_t> joints(width, height);
   const auto at = [&](int x, int y) {
     return pixels(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1));
@@ -83,10 +86,11 @@ DepthLevel::Block RangeOf(const Image<float>& pixels, const Rect& cells) {
 
 // Cells and blocks of a level whose pixels are there.
 void Finish(DepthLevel& level, const SurfaceRule& rule) {
-  RepeatBorder(level.inverse_depth);
-  RepeatBorder(level.confidence);
-  const Image<std::uint8_t> joints = Joints(level.inverse_depth, rule);
-  level.smooth = Image<std::uint8_t>(level.width + 2, level.height + 2);
+  RepeatBorder(level.width, level.height, level.inverse_depth);
+  RepeatBorder(level.width, level.height, level.confidence);
+  const Image<std::uint8_t> joints = Joints(level, rule);
+  const int stride = level.width + 2;
+  level.smooth = Image<std::uint8_t>(stride, level.height + 2 + kReadAhead / stride);
   for (int y = 0; y <= level.height; ++y) {
     for (int x = 0; x <= level.width; ++x) {
       const int all = joints(x, y) & 3;

@@ -40,11 +40,11 @@ struct DepthLevel {
   double extent_x = 0, extent_y = 0;        // the picture spans [0, extent] level pixels
   double per_color_x = 0, per_color_y = 0;  // level pixels per colour pixel
   // (width + 2) x (height + 2): a border of repeated pixels, so that cells cover the whole picture
-  // and lookups need no clamping.
+  // and lookups need no clamping. A few rows more, so that kernels may read a little too far.
   Image<float> inverse_depth;  // 1 / world units along the optical axis; 0 infinity, < 0 unknown
   Image<float> confidence;
-  // Of cell (x, y), right below padded pixel (x, y): 1 or 0. As wide as the pixels, with a row more
-  // than cells, so that cell and pixel have one index and a row may be read a little too far.
+  // Of cell (x, y), right below padded pixel (x, y): 1 or 0. As wide as the pixels, so that cell
+  // and pixel have one index.
   Image<std::uint8_t> smooth;
 
   float Known(int x, int y) const { return inverse_depth(x + 1, y + 1); }  // unpadded

@@ -143,17 +143,15 @@ class Band {
       const float* from = drawn_.row(y);
       float* to = nearness_.row(y);
       float* weights = weights_.row(y);
+      // Written without branches, for vector lanes.
       for (int x = r.x; x < r.x + r.width; ++x) {
-        const float n = from[x];
-        if (n == kNoSurface || n < to[x] - wish.tolerance) continue;
-        if (n > to[x] + wish.tolerance) {
-          to[x] = n;
-          weights[x] = wish.weight;
-        } else {
-          const float sum = weights[x] + wish.weight;
-          to[x] += wish.weight / sum * (n - to[x]);
-          weights[x] = sum;
-        }
+        const float n = from[x], before = to[x], sum = weights[x] + wish.weight;
+        const float mean = before + wish.weight / sum * (n - before);
+        const bool nearer = n > before + wish.tolerance;
+        const bool same =
+            n >= before - wish.tolerance;  // both may be kNoSurface: mean is no number
+        to[x] = nearer || n == before ? n : same ? mean : before;
+        weights[x] = nearer ? wish.weight : same ? sum : weights[x];
       }
     }
   }
