@@ -1,6 +1,7 @@
 #include "pipeline/poses/colmap.h"
 
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -21,6 +22,13 @@ bool TellsAnError(std::string_view line) {
          StartsWith(line, "terminate called") || StartsWith(line, "  what():");
 }
 
+// glog puts time, process and place before a message: "F20240229 12:00:00.123456 4711 file.cc:12]
+// ".
+std::string WithoutLogPrefix(std::string_view line) {
+  const std::size_t end = line.find("] ");
+  return std::string(end == std::string_view::npos ? line : line.substr(end + 2));
+}
+
 // A line with this text counts as a unit of progress.
 std::function<void(std::string_view)> Counter(Progress& progress, std::string text) {
   return [&progress, text = std::move(text)](std::string_view line) {
@@ -28,27 +36,22 @@ std::function<void(std::string_view)> Counter(Progress& progress, std::string te
   };
 }
 
-std::vector<std::string> MapperOptions(MapperEffort effort) {
-  std::vector<std::string> options = {"--Mapper.num_threads", "1"};
-  const auto add = [&](const char* name, const char* value) {
-    options.insert(options.end(), {std::string("--Mapper.") + name, value});
-  };
-  if (effort != MapperEffort::kUsual) {
-    add("init_min_tri_angle", "4");
-    add("init_min_num_inliers", "50");
-    add("abs_pose_min_num_inliers", "20");
+// On top of COLMAP's own thresholds; an option may be given only once.
+std::map<std::string, std::string> MapperOptions(MapperEffort effort) {
+  switch (effort) {
+    case MapperEffort::kUsual:
+      return {};
+    case MapperEffort::kRelaxed:
+      return {{"init_min_tri_angle", "4"},
+              {"init_min_num_inliers", "50"},
+              {"abs_pose_min_num_inliers", "20"}};
+    case MapperEffort::kLast:
+      return {{"init_min_tri_angle", "1"},           {"init_min_num_inliers", "15"},
+              {"init_max_reg_trials", "5"},          {"abs_pose_min_num_inliers", "12"},
+              {"abs_pose_min_inlier_ratio", "0.15"}, {"tri_min_angle", "0.5"},
+              {"filter_min_tri_angle", "0.5"},       {"tri_ignore_two_view_tracks", "0"}};
   }
-  if (effort == MapperEffort::kLast) {
-    add("init_min_tri_angle", "1");
-    add("init_min_num_inliers", "15");
-    add("init_max_reg_trials", "5");
-    add("abs_pose_min_num_inliers", "12");
-    add("abs_pose_min_inlier_ratio", "0.15");
-    add("tri_min_angle", "0.5");
-    add("filter_min_tri_angle", "0.5");
-    add("tri_ignore_two_view_tracks", "0");
-  }
-  return options;
+  return {};
 }
 
 }  // namespace
@@ -94,7 +97,7 @@ Colmap::Outcome Colmap::Run(const std::string& verb, const std::vector<std::stri
   Outcome outcome;
   const ProcessResult result = RunProcess(command, [&](std::string_view line) {
     progress_.Note(fmt::format("colmap {}: {}", verb, line));
-    if (TellsAnError(line)) outcome.reason = line;
+    if (TellsAnError(line)) outcome.reason = WithoutLogPrefix(line);
     on_line(line);
   });
   outcome.succeeded = result.Succeeded();
@@ -105,9 +108,7 @@ Colmap::Outcome Colmap::Run(const std::string& verb, const std::vector<std::stri
   return outcome;
 }
 
-void Colmap::RunOrThrow(const std::string& verb, const std::vector<std::string>& arguments,
-                        const std::function<void(std::string_view)>& on_line) {
-  const Outcome outcome = Run(verb, arguments, on_line);
+void Colmap::Require(const std::string& verb, const Outcome& outcome) const {
   if (outcome.succeeded) return;
   std::error_code error;
   if (const fs::space_info space = fs::space(folder_, error); !error && space.available < 1 << 20) {
@@ -126,34 +127,50 @@ fs::path Colmap::FreshFolder(const std::string& name) {
 
 void Colmap::ExtractFeatures(int num_images, const ExtractionOptions& options) {
   progress_.Start("find features", num_images, "views");
-  RunOrThrow("feature_extractor",
-             {"--database_path", Database().string(), "--image_path", Images().string(),
-              "--SiftExtraction.use_gpu", "0", "--SiftExtraction.num_threads", "1",
-              "--SiftExtraction.max_image_size", std::to_string(options.image_size_px),
-              "--SiftExtraction.max_num_features", std::to_string(options.features),
-              "--SiftExtraction.first_octave", std::to_string(options.first_octave)},
-             Counter(progress_, "Processed file"));
+  const std::vector<std::string> arguments = {"--database_path",
+                                              Database().string(),
+                                              "--image_path",
+                                              Images().string(),
+                                              "--SiftExtraction.use_gpu",
+                                              "0",
+                                              "--SiftExtraction.num_threads",
+                                              "1",
+                                              "--SiftExtraction.max_image_size",
+                                              std::to_string(options.image_size_px),
+                                              "--SiftExtraction.max_num_features",
+                                              std::to_string(options.features),
+                                              "--SiftExtraction.first_octave",
+                                              std::to_string(options.first_octave)};
+  Require("feature_extractor",
+          Run("feature_extractor", arguments, Counter(progress_, "Processed file")));
 }
 
 void Colmap::ImportMatches(const fs::path& list, int num_pairs) {
   progress_.Start("verify matches", num_pairs, "pairs");
-  RunOrThrow(
-      "matches_importer",
-      {"--database_path", Database().string(), "--match_list_path", list.string(), "--match_type",
-       "raw", "--SiftMatching.use_gpu", "0", "--SiftMatching.num_threads", "1"},
-      Counter(progress_, " - "));
+  const std::vector<std::string> arguments = {"--database_path",
+                                              Database().string(),
+                                              "--match_list_path",
+                                              list.string(),
+                                              "--match_type",
+                                              "raw",
+                                              "--SiftMatching.use_gpu",
+                                              "0",
+                                              "--SiftMatching.num_threads",
+                                              "1"};
+  Require("matches_importer", Run("matches_importer", arguments, Counter(progress_, " - ")));
 }
 
 std::vector<fs::path> Colmap::Map(int num_images, MapperEffort effort,
                                   bool refine_principal_point) {
   progress_.Start("find camera positions", num_images, "views");
   const fs::path output = FreshFolder("sparse");
+  std::map<std::string, std::string> options = MapperOptions(effort);
+  options["num_threads"] = "1";
+  if (refine_principal_point) options["ba_refine_principal_point"] = "1";
   std::vector<std::string> arguments = {"--database_path", Database().string(), "--image_path",
                                         Images().string(), "--output_path",     output.string()};
-  const std::vector<std::string> options = MapperOptions(effort);
-  arguments.insert(arguments.end(), options.begin(), options.end());
-  if (refine_principal_point) {
-    arguments.insert(arguments.end(), {"--Mapper.ba_refine_principal_point", "1"});
+  for (const auto& [name, value] : options) {
+    arguments.insert(arguments.end(), {"--Mapper." + name, value});
   }
   const Outcome outcome = Run("mapper", arguments, Counter(progress_, "Registering image"));
   std::vector<fs::path> models;
@@ -161,18 +178,26 @@ std::vector<fs::path> Colmap::Map(int num_images, MapperEffort effort,
     if (entry.is_directory()) models.push_back(entry.path());
   }
   std::sort(models.begin(), models.end());
-  if (!outcome.succeeded) progress_.Note("colmap mapper: " + outcome.reason);
+  const bool started = outcome.reason.find("failed to create sparse model") == std::string::npos;
+  if (models.empty() && started) Require("mapper", outcome);
   return models;
 }
 
-fs::path Colmap::Triangulate(const fs::path& input, int num_images) {
+std::optional<fs::path> Colmap::Triangulate(const fs::path& input, int num_images) {
   progress_.Start("triangulate points", num_images, "views");
   const fs::path output = FreshFolder("triangulated");
-  RunOrThrow(
-      "point_triangulator",
-      {"--database_path", Database().string(), "--image_path", Images().string(), "--input_path",
-       input.string(), "--output_path", output.string(), "--Mapper.num_threads", "1"},
-      Counter(progress_, "Triangulating image"));
+  // Known cameras are exact: little parallax is enough for a point, and two views where there are
+  // no more to confirm it.
+  const Outcome outcome =
+      Run("point_triangulator",
+          {"--database_path", Database().string(), "--image_path", Images().string(),
+           "--input_path", input.string(), "--output_path", output.string(), "--Mapper.num_threads",
+           "1", "--Mapper.tri_min_angle", "0.3", "--Mapper.filter_min_tri_angle", "0.3",
+           "--Mapper.tri_ignore_two_view_tracks", num_images < 4 ? "0" : "1"},
+          Counter(progress_, "Triangulating image"));
+  // It adjusts the points that it found, and dies where there are none.
+  if (outcome.reason.find("bundle_adjuster.Solve") != std::string::npos) return std::nullopt;
+  Require("point_triangulator", outcome);
   return output;
 }
 

@@ -47,8 +47,10 @@ class Colmap {
   // The folders of the models that were found; none where there was no pair to start from.
   std::vector<std::filesystem::path> Map(int num_images, MapperEffort effort,
                                          bool refine_principal_point);
-  // Triangulates with the cameras of the model in `input` held; the folder of the new model.
-  std::filesystem::path Triangulate(const std::filesystem::path& input, int num_images);
+  // Triangulates with the cameras of the model in `input` held; the folder of the new model,
+  // or nothing where no point fits them.
+  std::optional<std::filesystem::path> Triangulate(const std::filesystem::path& input,
+                                                   int num_images);
 
  private:
   struct Outcome {
@@ -57,8 +59,8 @@ class Colmap {
   };
   Outcome Run(const std::string& verb, const std::vector<std::string>& arguments,
               const std::function<void(std::string_view)>& on_line);
-  void RunOrThrow(const std::string& verb, const std::vector<std::string>& arguments,
-                  const std::function<void(std::string_view)>& on_line);
+  // MachineError where it did not succeed.
+  void Require(const std::string& verb, const Outcome& outcome) const;
   std::filesystem::path FreshFolder(const std::string& name);
 
   std::string program_;

@@ -284,8 +284,9 @@ ColmapModel Triangulate(Colmap& colmap, const Photos& photos, const fs::path& sc
                         std::int64_t matches, std::vector<std::string>& warnings) {
   const ColmapModel known = ModelOfKnown(photos);
   WriteColmapModel(scratch / "known", known);
-  ColmapModel model =
-      ReadColmapModel(colmap.Triangulate(scratch / "known", static_cast<int>(photos.files.size())));
+  const std::optional<fs::path> found =
+      colmap.Triangulate(scratch / "known", static_cast<int>(photos.files.size()));
+  ColmapModel model = found ? ReadColmapModel(*found) : known;
   for (auto& [id, image] : model.images) {
     image.camera_from_world = known.images.at(id).camera_from_world;
   }

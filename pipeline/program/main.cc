@@ -39,7 +39,8 @@ std::unique_ptr<Progress> ProgressOf(const Invocation& invocation) {
 
 // "lamella displays list".
 std::string FullName(const CLI::App& app) {
-  return app.get_parent() == nullptr ? app.get_name() : FullName(*app.get_parent()) + " " + app.get_name();
+  return app.get_parent() == nullptr ? app.get_name()
+                                     : FullName(*app.get_parent()) + " " + app.get_name();
 }
 
 // The verb that the command line chose, or the program itself.
@@ -66,8 +67,8 @@ int ReportParseError(const CLI::App& program, const CLI::ParseError& error) {
   std::replace(line.begin(), line.end(), '\n', ' ');
   if (const std::vector<std::string> unknown = verb.remaining(); !unknown.empty()) {
     const std::string word = unknown.front().substr(0, unknown.front().find('='));
-    line = fmt::format("`{}` does not know \"{}\"; did you mean \"{}\"?",
-                       FullName(verb), word, NearestName(word, KnownNames(verb)));
+    line = fmt::format("`{}` does not know \"{}\"; did you mean \"{}\"?", FullName(verb), word,
+                       NearestName(word, KnownNames(verb)));
   }
   fmt::print(stderr, "lamella: {} (see `{} --help`)\n", line, FullName(verb));
   return static_cast<int>(ExitCode::kUsage);

@@ -196,6 +196,23 @@ TEST(StagePoses, SaysSoWherePhotographsDoNotOverlap) {
   }
 }
 
+TEST(StagePoses, FallsBackToLittleParallaxAndWarns) {
+  REQUIRE_COLMAP();
+  const fs::path folder = ScratchFolder();
+  fs::create_directory(folder / "in");
+  const Rigid first = ArcOfCameras(1)[0];
+  Rigid second = first;  // the box is seen under an angle of 1 degree
+  second.translation.x() -= 0.07;
+  WriteSrgb8(folder / "in/a.png", PhotographRoom(Lens(), first).span());
+  WriteSrgb8(folder / "in/b.png", PhotographRoom(Lens(), second).span());
+  const Workspace workspace(folder / "w");
+  Capture(workspace, Photographs(folder / "in"));
+  const StageReport report = Poses(workspace);
+  EXPECT_EQ(report.missed_gate, "");
+  ASSERT_EQ(report.warnings.size(), 1U);
+  EXPECT_NE(report.warnings[0].find("parallax"), std::string::npos);
+}
+
 TEST(StagePoses, TakesAGridAsItIsGiven) {
   const fs::path folder = ScratchFolder();
   std::ofstream(folder / "parameters.cfg")
