@@ -90,7 +90,7 @@ class Grid(Same):
         self.complete(workspace)
         depth = (workspace / "depth" / "stage.json").stat().st_mtime_ns
         layers = (workspace / "layers" / "stage.json").stat().st_mtime_ns
-        self.complete(workspace, "--layers-border-mm", "2")
+        self.complete(workspace, "--border-mm", "2")
         self.assertEqual(depth, (workspace / "depth" / "stage.json").stat().st_mtime_ns)
         self.assertNotEqual(layers, (workspace / "layers" / "stage.json").stat().st_mtime_ns)
 
