@@ -160,6 +160,7 @@ class CapturedScene : public RaySource {
 
   void Query(const RayBundle& world_bundle, const Rect& rectangle,
              ImageSpan<RaySample> samples) const override {
+    if (rectangle.width <= 0 || rectangle.height <= 0) return;
     RayBundle bundle = world_bundle;  // around the capture: coordinates of 1e7 would cost digits
     bundle.origin -= centre_;
     if (bundle.centre.w() != 0) {
