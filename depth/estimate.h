@@ -19,7 +19,7 @@
 
 namespace lamella {
 
-// The presets (ApplyQuality) are points on the measured frontier of docs/accuracy.md.
+// The presets are sets of these: ApplyQuality.
 struct DepthOptions {
   int median_radius = 3;  // px
   int fusion_passes = 1;

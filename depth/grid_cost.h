@@ -1,4 +1,4 @@
-// Matching cost on a regular camera grid (the method that docs/accuracy.md measures).
+// Matching cost on a regular camera grid.
 //
 // A label is a disparity d; a source view (dc, dr) steps away shows a reference pixel's point at
 // (x - d dc, y - d dr): one constant sub-pixel shift per label and source, so the source is

@@ -11,7 +11,7 @@
 namespace lamella {
 namespace {
 
-// Costs are 6 times a sample (grid_cost.h): the penalties of docs/accuracy.md, 8 and 60 of 254.
+// Costs are 6 times a sample (grid_cost.h): penalties of 8 and 60 of 254.
 constexpr SgmPenalties kPenalties{.p1 = 6, .p2 = 45, .p2_contrast = 0};
 
 constexpr int kCoarseFactor = 4;

@@ -15,7 +15,7 @@ namespace lamella {
 namespace {
 
 constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
-// One surface, and what is averaged, in label steps (docs/accuracy.md: 0.15 and 0.075 px at 0.065).
+// One surface, and what is averaged, in label steps (0.15 and 0.075 px at steps of 0.065).
 constexpr double kAgreeSteps = 2.3, kMergeSteps = 1.15;
 
 float DepthOf(const RegularGrid& grid, float disparity) {

@@ -4,7 +4,7 @@
 //             - min_k L(q, k)                                     with q before p on the path
 //   S(p, d) = sum of L over the paths; the label of p is the first minimum of S
 //
-// Four paths and no more: eight flatten slanted surfaces on clean data (docs/accuracy.md).
+// Four paths and no more: eight flatten slanted surfaces on clean data.
 #pragma once
 
 #include <cstdint>

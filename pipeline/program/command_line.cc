@@ -11,9 +11,6 @@ void AddGlobalOptions(CLI::App& verb, Invocation& invocation) {
                   "threads to use (0: all); never changes a result")
       ->check(CLI::Range(0, 1024))
       ->group(group);
-  verb.add_option("--memory", invocation.memory_gib, "memory to stay within, GiB (0: no bound)")
-      ->check(CLI::Range(0.0, 1e6))
-      ->group(group);
   verb.add_option("--progress", invocation.progress, "auto, bar, plain or json, on standard error")
       ->check(CLI::IsMember({"auto", "bar", "plain", "json"}))
       ->group(group);

@@ -22,14 +22,13 @@ namespace lamella {
 using Action = std::function<ExitCode(Progress&)>;
 
 struct Invocation {
-  int threads = 0;        // 0: all
-  double memory_gib = 0;  // 0: no bound
+  int threads = 0;  // 0: all
   bool quiet = false, verbose = false;
   std::string progress = "auto";
   Action action;
 };
 
-// --threads, --memory, --quiet, --verbose, --progress: every verb has them.
+// --threads, --quiet, --verbose, --progress: every verb has them.
 void AddGlobalOptions(CLI::App& verb, Invocation& invocation);
 
 // The fields of option tables as flags of a verb. What the user gave is kept as text and set by
