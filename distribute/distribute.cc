@@ -86,6 +86,22 @@ SampleRange SamplesOf(const std::vector<AxisOverlaps>& layers, int node) {
   return range.first < range.end ? range : SampleRange{};
 }
 
+int MostSamples(const std::vector<AxisOverlaps>& layers, int nodes) {
+  int most = 0;
+  for (int node = 0; node < nodes; ++node) most = std::max(most, SamplesOf(layers, node).size());
+  return most;
+}
+
+// Room for the samples of any node.
+struct NodeBuffers {
+  explicit NodeBuffers(const Nodes& nodes)
+      : samples(MostSamples(nodes.layers_x, nodes.x.count),
+                MostSamples(nodes.layers_y, nodes.y.count)),
+        light(samples.width(), samples.height()) {}
+  Image<RaySample> samples;
+  Image<Light> light;
+};
+
 // The rays of a node through the samples of z = 0.
 RayBundle BundleOf(const Nodes& nodes, int node_x, int node_y, const SampleRange& x,
                    const SampleRange& y) {
@@ -200,9 +216,10 @@ class Distributor {
                 std::vector<std::vector<EmitterImage>>& images) const {
     std::vector<EmitterSums> sums;
     for (const int layer : group.layers) sums.push_back(MakeSums(layer));
+    NodeBuffers buffers(nodes);
     for (int node_y = 0; node_y < nodes.y.count; ++node_y) {
       for (int node_x = 0; node_x < nodes.x.count; ++node_x) {
-        AddNode(group, nodes, node_x, node_y, sums);
+        AddNode(group, nodes, node_x, node_y, buffers, sums);
         progress.Advance();
       }
     }
@@ -214,17 +231,18 @@ class Distributor {
   }
 
   void AddNode(const LayerGroup& group, const Nodes& nodes, int node_x, int node_y,
-               std::vector<EmitterSums>& sums) const {
+               NodeBuffers& buffers, std::vector<EmitterSums>& sums) const {
     const SampleRange x = SamplesOf(nodes.layers_x, node_x), y = SamplesOf(nodes.layers_y, node_y);
     if (x.size() == 0 || y.size() == 0) return;
     const RayBundle bundle = BundleOf(nodes, node_x, node_y, x, y);
-    Image<RaySample> samples(bundle.width, bundle.height);
-    source_.Query(bundle, {0, 0, bundle.width, bundle.height}, samples.span());
-    Image<Light> light(bundle.width, bundle.height);
+    const Rect all{0, 0, bundle.width, bundle.height};
+    const ImageSpan<RaySample> samples = buffers.samples.span().Sub(all);
+    const ImageSpan<Light> light = buffers.light.span().Sub(all);
+    source_.Query(bundle, all, samples);
     for (std::size_t i = 0; i < group.layers.size(); ++i) {
-      WeightSamples(samples.span(), weights_, group.layers[i], light.span());
-      Accumulate(light.span(), x.first, y.first, nodes.layers_x[i], node_x, nodes.layers_y[i],
-                 node_y, sums[i]);
+      WeightSamples(samples, weights_, group.layers[i], light);
+      Accumulate(light, x.first, y.first, nodes.layers_x[i], node_x, nodes.layers_y[i], node_y,
+                 sums[i]);
     }
   }
 
