@@ -171,6 +171,15 @@ inline void DrawPoint(const Lanes& q, F column, F row, M candidates, ImageSpan<f
   M covered = hn::And(candidates, area > hn::Zero(d));
   covered = hn::And(covered, hn::And(beta >= least, gamma >= least));
   covered = hn::And(covered, hn::And(beta + gamma <= area + slack, n < hn::Set(d, kInfinity)));
+  // Neighbouring quads mostly cover neighbouring points of one row.
+  const F first_column = hn::Set(d, hn::GetLane(column)), first_row = hn::Set(d, hn::GetLane(row));
+  const M side_by_side =
+      hn::And(column == first_column + hn::Iota(d, 0.0F), hn::And(row == first_row, covered));
+  if (hn::AllTrue(d, side_by_side)) {
+    float* at = &raster(static_cast<int>(hn::GetLane(column)), static_cast<int>(hn::GetLane(row)));
+    hn::StoreU(hn::Max(hn::LoadU(d, at), n), d, at);
+    return;
+  }
   std::uint64_t bits = Bits(covered);
   if (bits == 0) return;
   float values[hn::MaxLanes(d)];

@@ -179,16 +179,18 @@ class CapturedScene : public RaySource {
     const double zero = ZeroFor(bundle, range);
     const BundleGeometry geometry(bundle, zero);
     range = {range.far - zero, range.middle - zero, range.near - zero};
-    const Image<float> nearness = TargetDepth(geometry, views_, range, neighbour_, target_);
+    const ViewRanking ranking(geometry, views_, neighbour_);
+    const Image<float> nearness = TargetDepth(geometry, views_, range, ranking, target_);
     const int first_x = rectangle.x / kTile, last_x = (rectangle.x + rectangle.width - 1) / kTile;
     const int first_y = rectangle.y / kTile, last_y = (rectangle.y + rectangle.height - 1) / kTile;
     const int columns = last_x - first_x + 1;
-    ParallelForEach(
-        0, static_cast<std::int64_t>(columns) * (last_y - first_y + 1), [&](std::int64_t i) {
-          const int tile_x = first_x + static_cast<int>(i % columns);
-          const int tile_y = first_y + static_cast<int>(i / columns);
-          RenderTile(geometry, nearness, tile_x * kTile, tile_y * kTile, rectangle, samples);
-        });
+    ParallelForEach(0, static_cast<std::int64_t>(columns) * (last_y - first_y + 1),
+                    [&](std::int64_t i) {
+                      const int tile_x = first_x + static_cast<int>(i % columns);
+                      const int tile_y = first_y + static_cast<int>(i / columns);
+                      RenderTile(geometry, ranking, nearness, tile_x * kTile, tile_y * kTile,
+                                 rectangle, samples);
+                    });
   }
 
  private:
@@ -234,8 +236,9 @@ class CapturedScene : public RaySource {
     return samples;
   }
 
-  void RenderTile(const BundleGeometry& geometry, const Image<float>& nearness, int x, int y,
-                  const Rect& rectangle, ImageSpan<RaySample> samples) const {
+  void RenderTile(const BundleGeometry& geometry, const ViewRanking& ranking,
+                  const Image<float>& nearness, int x, int y, const Rect& rectangle,
+                  ImageSpan<RaySample> samples) const {
     const Rect whole{x, y, std::min(kTile, nearness.width() - x),
                      std::min(kTile, nearness.height() - y)};
     const int x0 = std::max(x, rectangle.x), y0 = std::max(y, rectangle.y);
@@ -251,9 +254,9 @@ class CapturedScene : public RaySource {
     }
     TileSights tile;
     tile.nearness = nearness(x + whole.width / 2, y + whole.height / 2);
-    tile.sights = RankViews(geometry, views_, x + 0.5 * whole.width, y + 0.5 * whole.height,
-                            {double{tile.nearness}, double{far}, double{near}}, neighbour_,
-                            blend_.views + blend_.further);
+    tile.sights = ranking.Best(x + 0.5 * whole.width, y + 0.5 * whole.height,
+                               {double{tile.nearness}, double{far}, double{near}},
+                               blend_.views + blend_.further);
     const Rect rays{x0, y0, x1 - x0, y1 - y0};
     BlendTile(geometry, views_, tile, neighbour_, blend_, rays, nearness.span().Sub(rays),
               samples.Sub({x0 - rectangle.x, y0 - rectangle.y, rays.width, rays.height}));

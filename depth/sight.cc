@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -19,44 +20,6 @@ constexpr double kResolutionPenalty = 0.1;
 double Outside(const SourceView& view, double x, double y) {
   const double dx = std::max({-x, x - view.width, 0.0}), dy = std::max({-y, y - view.height, 0.0});
   return std::hypot(dx, dy);
-}
-
-struct Candidate {
-  Sight sight;
-  double distance = 0;  // from the view to the point
-};
-
-// Direction and picture; nothing where no point lies in front of the view and before the viewer.
-bool Assess(const BundleGeometry& geometry, const SourceView& view, double u, double v,
-            const std::vector<double>& nearness, double neighbour, Candidate* candidate) {
-  const Eigen::Matrix4d view_from_bundle = view.view_from_world * geometry.world_from_bundle();
-  Eigen::Vector3d on_ray, toward;
-  geometry.Line(u, v, &on_ray, &toward);
-  double outside = std::numeric_limits<double>::infinity();
-  for (const double n : nearness) {
-    const Eigen::Vector4d out = view_from_bundle * Eigen::Vector4d(u, v, 1, n);
-    if (!(out.z() > 0)) continue;
-    const Eigen::Vector4d point = geometry.world_from_bundle() * Eigen::Vector4d(u, v, 1, n);
-    // Towards the view and towards the viewer from one side of the surface.
-    if (!((view.centre * point.w() - point.head<3>()).dot(toward) > 0)) continue;
-    const double x = out.x() / out.z(), y = out.y() / out.z();
-    const double here = Outside(view, x, y) / std::max(view.width, view.height);
-    if (!(here < outside)) continue;
-    outside = here;
-    candidate->distance = point.w() != 0 ? (point.head<3>() / point.w() - view.centre).norm()
-                                         : std::numeric_limits<double>::infinity();
-    const Eigen::Vector2d du =
-        (view_from_bundle.block<2, 1>(0, 0) - Eigen::Vector2d(x, y) * view_from_bundle(2, 0)) /
-        out.z();
-    const Eigen::Vector2d dv =
-        (view_from_bundle.block<2, 1>(0, 1) - Eigen::Vector2d(x, y) * view_from_bundle(2, 1)) /
-        out.z();
-    candidate->sight.spacing = std::sqrt(std::abs(du.x() * dv.y() - du.y() * dv.x()));
-  }
-  if (!std::isfinite(outside)) return false;
-  candidate->sight.penalty = std::sqrt(geometry.DistanceSquared(u, v, view.centre)) / neighbour +
-                             kOutsidePenalty * outside;
-  return true;
 }
 
 }  // namespace
@@ -102,34 +65,82 @@ double BundleGeometry::DistanceSquared(double u, double v, const Eigen::Vector3d
   return (point - from).cross(toward).squaredNorm();
 }
 
-std::vector<Sight> RankViews(const BundleGeometry& geometry, const std::vector<SourceView>& views,
-                             double u, double v, const std::vector<double>& nearness,
-                             double neighbour, int count) {
+ViewRanking::ViewRanking(const BundleGeometry& geometry, const std::vector<SourceView>& views,
+                         double neighbour)
+    : geometry_(geometry), views_(views), neighbour_(neighbour) {
+  for (const SourceView& view : views) {
+    view_from_bundle_.push_back(view.view_from_world * geometry.world_from_bundle());
+  }
+}
+
+bool ViewRanking::Assess(std::size_t index, double u, double v,
+                         const std::array<double, 3>& nearness, const Eigen::Vector3d& toward,
+                         double offset, Candidate* candidate) const {
+  const SourceView& view = views_[index];
+  const Eigen::Matrix4d& map = view_from_bundle_[index];
+  double outside = std::numeric_limits<double>::infinity();
+  for (const double n : nearness) {
+    const Eigen::Vector4d out = map * Eigen::Vector4d(u, v, 1, n);
+    if (!(out.z() > 0)) continue;
+    const Eigen::Vector4d point = geometry_.world_from_bundle() * Eigen::Vector4d(u, v, 1, n);
+    // Towards the view and towards the viewer from one side of the surface.
+    if (!((view.centre * point.w() - point.head<3>()).dot(toward) > 0)) continue;
+    const double x = out.x() / out.z(), y = out.y() / out.z();
+    const double here = Outside(view, x, y) / std::max(view.width, view.height);
+    if (!(here < outside)) continue;
+    outside = here;
+    candidate->distance = point.w() != 0 ? (point.head<3>() / point.w() - view.centre).norm()
+                                         : std::numeric_limits<double>::infinity();
+    const Eigen::Vector2d du =
+        (map.block<2, 1>(0, 0) - Eigen::Vector2d(x, y) * map(2, 0)) / out.z();
+    const Eigen::Vector2d dv =
+        (map.block<2, 1>(0, 1) - Eigen::Vector2d(x, y) * map(2, 1)) / out.z();
+    candidate->sight.spacing = std::sqrt(std::abs(du.x() * dv.y() - du.y() * dv.x()));
+  }
+  if (!std::isfinite(outside)) return false;
+  candidate->sight.view = static_cast<int>(index);
+  candidate->sight.penalty = offset + kOutsidePenalty * outside;
+  return true;
+}
+
+std::vector<Sight> ViewRanking::Best(double u, double v, const std::array<double, 3>& nearness,
+                                     int count) const {
+  Eigen::Vector3d on_ray, toward;
+  geometry_.Line(u, v, &on_ray, &toward);
+  std::vector<std::pair<double, std::size_t>> offsets;
+  for (std::size_t k = 0; k < views_.size(); ++k) {
+    offsets.emplace_back(std::sqrt(geometry_.DistanceSquared(u, v, views_[k].centre)) / neighbour_,
+                         k);
+  }
+  std::sort(offsets.begin(), offsets.end());
+  const auto better = [](const Candidate& a, const Candidate& b) {
+    return a.sight.penalty != b.sight.penalty ? a.sight.penalty < b.sight.penalty
+                                              : a.sight.view < b.sight.view;
+  };
+  // Offset alone is the least penalty that a view can have: once enough are better than that, the
+  // rest need no look. (Of resolution only what these few differ in counts.)
   std::vector<Candidate> candidates;
-  for (std::size_t k = 0; k < views.size(); ++k) {
+  const auto enough = static_cast<std::size_t>(count);
+  for (const auto& [offset, k] : offsets) {
+    if (candidates.size() >= enough && candidates[enough - 1].sight.penalty < offset) break;
     Candidate candidate;
-    candidate.sight.view = static_cast<int>(k);
-    if (Assess(geometry, views[k], u, v, nearness, neighbour, &candidate)) {
-      candidates.push_back(candidate);
-    }
+    if (!Assess(k, u, v, nearness, toward, offset, &candidate)) continue;
+    candidates.insert(std::upper_bound(candidates.begin(), candidates.end(), candidate, better),
+                      candidate);
   }
   double finest = 0;
   for (const Candidate& c : candidates) finest = std::max(finest, c.sight.spacing);
   for (Candidate& c : candidates) {
     if (!(finest > 0) || !std::isfinite(c.distance)) continue;
     c.sight.resolution =
-        kResolutionPenalty * (1 - c.sight.spacing / finest) * c.distance / neighbour;
+        kResolutionPenalty * (1 - c.sight.spacing / finest) * c.distance / neighbour_;
     c.sight.penalty += c.sight.resolution;
   }
-  const auto better = [](const Candidate& a, const Candidate& b) {
-    return a.sight.penalty != b.sight.penalty ? a.sight.penalty < b.sight.penalty
-                                              : a.sight.view < b.sight.view;
-  };
-  const auto kept = std::min(candidates.size(), static_cast<std::size_t>(count));
-  std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(kept),
-                    candidates.end(), better);
+  std::sort(candidates.begin(), candidates.end(), better);
   std::vector<Sight> sights;
-  for (std::size_t i = 0; i < kept; ++i) sights.push_back(candidates[i].sight);
+  for (std::size_t i = 0; i < std::min(candidates.size(), enough); ++i) {
+    sights.push_back(candidates[i].sight);
+  }
   return sights;
 }
 

@@ -2,6 +2,8 @@
 // (Buehler et al., Unstructured Lumigraph Rendering, 2001; depth.md section 4).
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -60,10 +62,31 @@ struct Sight {
   double spacing = 0;     // view pixels per ray
 };
 
-// The views in front of which the points (u, v, n) for the given n lie, best first, at most
-// `count`. `neighbour`: the usual distance between neighbouring views; > 0.
-std::vector<Sight> RankViews(const BundleGeometry& geometry, const std::vector<SourceView>& views,
-                             double u, double v, const std::vector<double>& nearness,
-                             double neighbour, int count);
+// All views as a bundle meets them, prepared once per query.
+class ViewRanking {
+ public:
+  // `neighbour`: the usual distance between neighbouring views; > 0.
+  ViewRanking(const BundleGeometry& geometry, const std::vector<SourceView>& views,
+              double neighbour);
+
+  // The views in front of which the points (u, v, n) for the given n lie, best first, at most
+  // `count`.
+  std::vector<Sight> Best(double u, double v, const std::array<double, 3>& nearness,
+                          int count) const;
+
+ private:
+  struct Candidate {
+    Sight sight;
+    double distance = 0;  // from the view to the point
+  };
+  // Direction and picture; false where no point lies in front of the view and before the viewer.
+  bool Assess(std::size_t view, double u, double v, const std::array<double, 3>& nearness,
+              const Eigen::Vector3d& toward, double offset, Candidate* candidate) const;
+
+  const BundleGeometry& geometry_;
+  const std::vector<SourceView>& views_;
+  double neighbour_;
+  std::vector<Eigen::Matrix4d> view_from_bundle_;
+};
 
 }  // namespace lamella

@@ -11,7 +11,10 @@
 namespace lamella {
 namespace {
 
-constexpr int kBandTiles = 4;  // rows of tiles that are merged together: their rays stay in cache
+// Rows of tiles that are merged together: few, so that their rays stay in cache and threads have
+// something to do; not one, since each band draws the squares at its border again. No value depends
+// on it.
+constexpr int kBandTiles = 3;
 // Surfaces of several maps at one ray are one where they differ by less than this many softnesses
 // of the visibility test.
 constexpr double kSameSurface = 0.6;
@@ -40,7 +43,7 @@ double NearnessPerInverseDepth(const BundleGeometry& geometry, const SourceView&
 }
 
 Wishes CollectWishes(const BundleGeometry& geometry, const std::vector<SourceView>& views,
-                     const NearnessRange& range, double neighbour,
+                     const NearnessRange& range, const ViewRanking& ranking,
                      const TargetDepthOptions& options) {
   Wishes wishes(views.size());
   const RayBundle& bundle = geometry.bundle();
@@ -49,8 +52,8 @@ Wishes CollectWishes(const BundleGeometry& geometry, const std::vector<SourceVie
       const double u = std::min((tx + 0.5) * kTile, tx * kTile + 0.5 * (bundle.width - tx * kTile));
       const double v =
           std::min((ty + 0.5) * kTile, ty * kTile + 0.5 * (bundle.height - ty * kTile));
-      const auto sights = RankViews(geometry, views, u, v, {range.middle, range.far, range.near},
-                                    neighbour, options.maps + options.further);
+      const auto sights =
+          ranking.Best(u, v, {range.middle, range.far, range.near}, options.maps + options.further);
       for (std::size_t rank = 0; rank < sights.size(); ++rank) {
         const auto k = static_cast<std::size_t>(sights[rank].view);
         double w = 0;
@@ -208,11 +211,11 @@ NearnessRange RangeInBundle(const BundleGeometry& geometry, const std::vector<So
 }
 
 Image<float> TargetDepth(const BundleGeometry& geometry, const std::vector<SourceView>& views,
-                         const NearnessRange& range, double neighbour,
+                         const NearnessRange& range, const ViewRanking& ranking,
                          const TargetDepthOptions& options) {
   const RayBundle& bundle = geometry.bundle();
   Image<float> nearness(bundle.width, bundle.height);
-  const Wishes wishes = CollectWishes(geometry, views, range, neighbour, options);
+  const Wishes wishes = CollectWishes(geometry, views, range, ranking, options);
   std::vector<const DepthLevel*> levels;
   for (const SourceView& view : views) levels.push_back(&LevelOf(geometry, view, range));
   const int bands = (Tiles(bundle.height) + kBandTiles - 1) / kBandTiles;

@@ -23,7 +23,7 @@ NearnessRange RangeInBundle(const BundleGeometry& geometry, const std::vector<So
 
 // bundle.width x bundle.height nearnesses, each finite. Decided for the whole bundle.
 Image<float> TargetDepth(const BundleGeometry& geometry, const std::vector<SourceView>& views,
-                         const NearnessRange& range, double neighbour,
+                         const NearnessRange& range, const ViewRanking& ranking,
                          const TargetDepthOptions& options);
 
 }  // namespace lamella

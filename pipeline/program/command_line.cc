@@ -19,6 +19,13 @@ void AddGlobalOptions(CLI::App& verb, Invocation& invocation) {
       ->group(group);
 }
 
+Quality ParseQuality(const std::string& name) {
+  if (const std::optional<Quality> quality = QualityFromName(name)) return *quality;
+  throw UsageError("--quality", fmt::format("there is no quality \"{}\"", name),
+                   fmt::format("did you mean \"{}\"? (draft, balanced, best)",
+                               NearestName(name, {"draft", "balanced", "best"})));
+}
+
 void OptionFlags::Add(CLI::App& verb, const std::vector<OptionTable>& defaults) {
   for (const OptionTable& table : defaults) {
     for (const OptionField& field : table.fields) {

@@ -31,6 +31,9 @@ struct Invocation {
 // --threads, --quiet, --verbose, --progress: every verb has them.
 void AddGlobalOptions(CLI::App& verb, Invocation& invocation);
 
+// Of --quality; UsageError with the nearest name where there is none of that name.
+Quality ParseQuality(const std::string& name);
+
 // The fields of option tables as flags of a verb. What the user gave is kept as text and set by
 // Apply, so that it can be put on top of the files' values.
 class OptionFlags {

@@ -32,15 +32,7 @@ const char* What(const std::string& stage) {
 // Defaults < workspace < quality < config < command line.
 PipelineOptions Effective(const Arguments& arguments, const Workspace& workspace) {
   PipelineOptions options = OptionsOf(workspace);
-  if (!arguments.quality.empty()) {
-    const std::optional<Quality> quality = QualityFromName(arguments.quality);
-    if (!quality) {
-      throw UsageError("--quality", fmt::format("there is no quality \"{}\"", arguments.quality),
-                       fmt::format("did you mean \"{}\"? (draft, balanced, best)",
-                                   NearestName(arguments.quality, {"draft", "balanced", "best"})));
-    }
-    ApplyQuality(*quality, options);
-  }
+  if (!arguments.quality.empty()) ApplyQuality(ParseQuality(arguments.quality), options);
   if (!arguments.config.empty()) ApplyToml(arguments.config, Describe(options));
   arguments.flags.Apply(Describe(options));
   if (!arguments.input.empty()) {

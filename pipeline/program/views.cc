@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "pipeline/pipeline.h"
 #include "pipeline/program/command_line.h"
 #include "pipeline/workspace.h"
 
@@ -85,6 +86,7 @@ void AddViews(CLI::App& program, Invocation& invocation) {
                                           "depth: NAME.png, whose alpha is the share "
                                           "of each pixel that a view saw");
   auto arguments = std::make_shared<ViewsArguments>();
+  auto quality = std::make_shared<std::string>();
   auto flags = std::make_shared<OptionFlags>();
   app.add_option("--workspace,-w", arguments->workspace, "folder of the results")->required();
   app.add_option(
@@ -102,10 +104,15 @@ void AddViews(CLI::App& program, Invocation& invocation) {
       ->check(CLI::Range(1, 1 << 16));
   app.add_option("--border", arguments->border_px, "px left out on every side when comparing [0]")
       ->check(CLI::Range(0, 1 << 16));
+  app.add_option(
+      "--quality", *quality,
+      "set of options: draft, balanced or best (the workspace's); finer options go on top");
   flags->Add(app, {Describe(arguments->render)});
   AddGlobalOptions(app, invocation);
-  app.callback([arguments, flags, &invocation] {
-    invocation.action = [arguments, flags](Progress& progress) {
+  app.callback([arguments, quality, flags, &invocation] {
+    invocation.action = [arguments, quality, flags](Progress& progress) {
+      arguments->render = OptionsOf(Workspace(arguments->workspace)).render;
+      if (!quality->empty()) ApplyQuality(ParseQuality(*quality), arguments->render);
       flags->Apply({Describe(arguments->render)});
       return RunViews(*arguments, progress);
     };
