@@ -1,0 +1,87 @@
+#include "pipeline/compare_depth.h"
+
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "pipeline/depth_record.h"
+#include "pipeline/poses_record.h"
+#include "tests/depth/synthetic.h"
+#include "tests/scratch.h"
+
+namespace lamella {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+TEST(CompareDisparity, CountsByTheBenchmarksRule) {
+  Image<float> truth(40, 50, 1.0F), estimate(40, 50, 1.0F);
+  // 10 x 20 pixels are inside of the border of 15.
+  estimate(15, 15) = 1.08F;  // bad for all three limits
+  estimate(16, 15) = 0.95F;  // for 0.03 and 0.01
+  estimate(24, 34) = 1.02F;  // for 0.01
+  estimate(3, 3) = 99;       // in the border
+  const DepthComparison r = CompareDisparity(estimate.span(), truth.span());
+  EXPECT_EQ(r.pixels, 200);
+  EXPECT_EQ(r.unknown, 0);
+  EXPECT_DOUBLE_EQ(r.bad_07, 0.5);
+  EXPECT_DOUBLE_EQ(r.bad_03, 1.0);
+  EXPECT_DOUBLE_EQ(r.bad_01, 1.5);
+  EXPECT_NEAR(r.mse_x100, 100 * (0.08 * 0.08 + 0.05 * 0.05 + 0.02 * 0.02) / 200, 1e-7);
+}
+
+TEST(CompareDisparity, CountsUnknownAsBadAndLeavesOutWhereTheTruthIsUnknown) {
+  Image<float> truth(40, 50, 1.0F), estimate(40, 50, 1.0F);
+  estimate(15, 15) = kNaN;
+  estimate(16, 15) = 5;
+  truth(16, 15) = std::numeric_limits<float>::infinity();
+  const DepthComparison r = CompareDisparity(estimate.span(), truth.span());
+  EXPECT_EQ(r.pixels, 199);
+  EXPECT_EQ(r.unknown, 1);
+  EXPECT_DOUBLE_EQ(r.bad_07, 100.0 / 199);
+  EXPECT_EQ(r.mse_x100, 0);
+}
+
+TEST(CompareDisparity, RefusesMapsOfDifferentSizes) {
+  const Image<float> a(40, 50), b(50, 40);
+  EXPECT_THROW(CompareDisparity(a.span(), b.span()), Error);
+}
+
+void WritePfm(const std::filesystem::path& path, const Image<float>& image) {
+  std::ofstream file(path, std::ios::binary);
+  file << "Pf\n" << image.width() << " " << image.height() << "\n-1\n";
+  for (int y = image.height() - 1; y >= 0; --y) {
+    file.write(std::bit_cast<const char*>(image.row(y)), static_cast<std::streamsize>(sizeof(float)) * image.width());
+  }
+}
+
+TEST(CompareDepth, TakesTheGridsNumbersFromTheWorkspace) {
+  const Workspace workspace(ScratchFolder());
+  ViewSet set;
+  set.views = synthetic::MakeGrid(3, 3, 40, 60, 0.2, 9);
+  CreateFolder(workspace.Stage("poses"));
+  CreateFolder(workspace.Stage("depth"));
+  for (View& view : set.views) view.image = workspace.Stage("poses") / (view.name + ".png");
+  SaveViewSet(workspace.Stage("poses"), set, {});
+  // d = B f (1/Z - 1/9) = 12 (1/Z - 1/9)
+  DepthMap map{Image<float>(40, 40, 6.0F), Image<float>(40, 40, 1.0F)};
+  map.depth(20, 20) = std::numeric_limits<float>::infinity();
+  map.depth(21, 20) = 0;
+  SaveDepthMap(workspace.Stage("depth") / "view104.exr", map);
+  Image<float> truth(40, 40, 12.0F / 6 - 12.0F / 9);
+  truth(20, 20) = -12.0F / 9;
+  WritePfm(workspace.root() / "truth.pfm", truth);
+  const DepthComparison r = CompareDepth(workspace.Stage("depth") / "view104.exr", workspace.root() / "truth.pfm");
+  EXPECT_EQ(r.pixels, 100);
+  EXPECT_EQ(r.unknown, 1);
+  EXPECT_DOUBLE_EQ(r.bad_01, 1);
+  EXPECT_LT(r.mse_x100, 1e-6);
+}
+
+}  // namespace
+}  // namespace lamella

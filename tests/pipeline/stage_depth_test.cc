@@ -1,0 +1,143 @@
+#include <cmath>
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "lightfield/image_io.h"
+#include "pipeline/depth_record.h"
+#include "pipeline/poses_record.h"
+#include "pipeline/stages.h"
+#include "tests/depth/synthetic.h"
+#include "tests/scratch.h"
+
+namespace lamella {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(DepthRecord, ReadsBackTheSameBits) {
+  const fs::path path = ScratchFolder() / "a.exr";
+  DepthMap map{Image<float>(7, 5, 1.25F), Image<float>(7, 5, 1.0F / 3)};
+  map.depth(1, 2) = 0;
+  map.confidence(1, 2) = 0;
+  map.depth(2, 2) = std::numeric_limits<float>::infinity();
+  map.depth(3, 2) = 1e-38F;
+  map.depth(4, 2) = 1e38F;
+  SaveDepthMap(path, map);
+  const DepthMap again = LoadDepthMap(path);
+  ASSERT_EQ(again.depth.width(), 7);
+  EXPECT_EQ(0, std::memcmp(map.depth.data(), again.depth.data(), map.depth.size() * sizeof(float)));
+  EXPECT_EQ(0, std::memcmp(map.confidence.data(), again.confidence.data(),
+                           map.depth.size() * sizeof(float)));
+}
+
+TEST(DepthRecord, RefusesWhatNoDepthMapCanHold) {
+  const fs::path folder = ScratchFolder();
+  EXPECT_THROW(LoadDepthMap(folder / "absent.exr"), Error);
+  DepthMap map{Image<float>(3, 3, 1.0F), Image<float>(3, 3, 1.0F)};
+  map.depth(1, 1) = -2;
+  SaveDepthMap(folder / "negative.exr", map);
+  EXPECT_THROW(LoadDepthMap(folder / "negative.exr"), Error);
+  map.depth(1, 1) = std::numeric_limits<float>::quiet_NaN();
+  SaveDepthMap(folder / "nan.exr", map);
+  EXPECT_THROW(LoadDepthMap(folder / "nan.exr"), Error);
+}
+
+TEST(DepthRecord, PointsAreABinaryPly) {
+  const fs::path path = ScratchFolder() / "points.ply";
+  SavePoints(path, {{{1e7 + 0.125, 2, -3}, {1, 2, 3}}, {{0, 0, 0}, {255, 0, 7}}});
+  const std::string ply = ReadText(path);
+  const std::string end = "end_header\n";
+  const std::size_t body = ply.find(end) + end.size();
+  EXPECT_NE(ply.find("format binary_little_endian 1.0\nelement vertex 2\n"), std::string::npos);
+  ASSERT_EQ(ply.size(), body + 2 * 27);
+  double x = 0;
+  std::memcpy(&x, ply.data() + body, sizeof(x));
+  EXPECT_EQ(x, 1e7 + 0.125);
+  EXPECT_EQ(static_cast<unsigned char>(ply[body + 24]), 1);
+  EXPECT_EQ(static_cast<unsigned char>(ply[body + 27 + 26]), 7);
+}
+
+// A workspace whose stage poses has left a 3x3 grid before a slanted wall.
+Workspace GridWorkspace(const fs::path& root) {
+  const Workspace workspace(root);
+  CreateFolder(workspace.Stage("poses"));
+  ViewSet set;
+  set.views = synthetic::MakeGrid(3, 3, 64, 80, 0.2, 9);
+  const Eigen::Vector3d u = Eigen::Vector3d(1, 0, 0.3).normalized();
+  const synthetic::Panel wall{{0, 0, 9}, u, {0, 1, 0}, 40, 40, 0.3, 1, true};
+  for (View& view : set.views) {
+    view.image = workspace.Stage("poses") / (view.name + ".png");
+    WriteCodes8(view.image,
+                synthetic::Render({wall}, view.camera, view.camera_from_world).image.span());
+  }
+  SaveViewSet(workspace.Stage("poses"), set, {});
+  return workspace;
+}
+
+StageReport RunOnce(const Workspace& workspace) {
+  DepthOptions options;
+  ApplyQuality(Quality::kBalanced, options);
+  StageRun run(workspace, "depth", "inputs", "options");
+  return RunDepth(workspace, options, run, SilentProgress());
+}
+
+std::map<std::string, std::string> FilesOf(const Workspace& workspace) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(workspace.Stage("depth"))) {
+    if (!entry.is_regular_file() || entry.path().filename() == "stage.json") continue;
+    files[fs::relative(entry.path(), workspace.Stage("depth")).string()] = ReadText(entry.path());
+  }
+  return files;
+}
+
+TEST(StageDepth, LeavesAMapOfEveryViewAndPointsOnTheWall) {
+  const Workspace workspace = GridWorkspace(ScratchFolder());
+  const StageReport report = RunOnce(workspace);
+  const auto files = FilesOf(workspace);
+  EXPECT_EQ(files.size(), 10U);  // nothing of the passes is left
+  EXPECT_EQ(files.count("view104.exr"), 1U);
+  EXPECT_EQ(files.count("points.ply"), 1U);
+  EXPECT_TRUE(report.warnings.empty());
+  const DepthMap map = LoadDepthMap(workspace.Stage("depth") / "view104.exr");
+  EXPECT_NEAR(map.depth(32, 32), 9, 0.1);
+  // Each point lies on the wall, z = 9 + 0.3 x.
+  const std::string& ply = files.at("points.ply");
+  const std::size_t body = ply.find("end_header\n") + 11;
+  ASSERT_GT(ply.size(), body + 27 * 10000);
+  std::size_t off = 0, points = 0;
+  for (std::size_t i = body; i + 27 <= ply.size(); i += 27, ++points) {
+    double p[3];
+    std::memcpy(p, ply.data() + i, sizeof(p));
+    off += std::abs(p[2] - 9 - 0.3 * p[0]) > 0.4 ? 1 : 0;  // 0.08 px
+  }
+  EXPECT_LT(off, points / 20);
+}
+
+TEST(StageDepth, GoesOnFromWhateverAKilledRunHasLeftToTheSameBytes) {
+  const fs::path root = ScratchFolder();
+  const Workspace whole = GridWorkspace(root / "whole");
+  RunOnce(whole);
+  const auto expected = FilesOf(whole);
+
+  // Killed in pass 1: some maps of pass 0 are there, and a file that was not yet whole.
+  const Workspace killed = GridWorkspace(root / "killed");
+  { const StageRun run(killed, "depth", "inputs", "options"); }
+  RunOnce(killed);
+  EXPECT_EQ(FilesOf(killed), expected);
+  fs::remove(killed.Stage("depth") / "view105.exr");
+  fs::remove(killed.Stage("depth") / "points.ply");
+  WriteTextAtomically(killed.Stage("depth") / "view106.partial.exr", "cut");
+  fs::remove(killed.Stage("depth") / "view106.exr");
+  RunOnce(killed);
+  EXPECT_EQ(FilesOf(killed), expected);
+  // Killed after the last map.
+  fs::remove(killed.Stage("depth") / "points.ply");
+  RunOnce(killed);
+  EXPECT_EQ(FilesOf(killed), expected);
+}
+
+}  // namespace
+}  // namespace lamella
