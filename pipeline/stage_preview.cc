@@ -80,13 +80,16 @@ void Simulate(const LayerImages& layers, const Display& display, const PreviewOp
     }
   }
   for (DirectView& view : direct) {
-    CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name, view.at.eye,
+    CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name,
+                            view.at.eye,
                             RenderSimulated(layers, display, view.at.eye, options.lines),
-                            std::move(view.direct), {}, {}, {}};
+                            std::move(view.direct),
+                            {},
+                            {},
+                            {}};
     captured.simulated_to_captured = Compare(captured.simulated, view.captured, options.border_px);
     captured.direct_to_captured = Compare(captured.direct, view.captured, options.border_px);
-    captured.simulated_to_direct =
-        Compare(captured.simulated, captured.direct, options.border_px);
+    captured.simulated_to_direct = Compare(captured.simulated, captured.direct, options.border_px);
     result.captured.push_back(std::move(captured));
     progress.Advance();
   }
