@@ -76,7 +76,7 @@ std::vector<Eigen::Vector2d> EyeGrid(const PreviewOptions& options) {
   const int n = options.positions;
   const auto at = [&](int i) {
     // Symmetric to the last bit, with an exact 0 in the middle.
-    return n == 1 ? 0.0 : (2 * i - (n - 1)) * options.eye_box_mm / (n - 1);
+    return n == 1 ? 0.0 : options.eye_box_mm * ((2.0 * i - (n - 1)) / (n - 1));
   };
   std::vector<Eigen::Vector2d> eyes;
   for (int row = 0; row < n; ++row) {

@@ -52,6 +52,8 @@ Json ToJson(const EyeResult& eye) {
 
 Json ToJson(const CapturedResult& captured) {
   return {{"view", captured.view},
+          {"simulated", "views/at_" + captured.view + "_simulated.png"},
+          {"direct", "views/at_" + captured.view + "_direct.png"},
           {"position_mm", PositionOf(captured.eye)},
           {"pixel_mm", captured.eye.pixel_mm},
           {"simulated_to_captured", ToJson(captured.simulated_to_captured)},
@@ -306,7 +308,8 @@ std::string MetricsJson(const PreviewResult& result, const PreviewOptions& optio
                      {"eyes", grid},
                      {"further_eyes", further},
                      {"captured_views", captured}};
-  return json.dump(1) + "\n";
+  // Names of files need not be UTF-8.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& record,

@@ -23,6 +23,7 @@ struct EyeResult {
 struct CapturedResult {
   std::string view;
   Eye eye;
+  PreviewPicture simulated, direct;  // on the raster of the view's own pixels
   PreviewMetrics simulated_to_captured, direct_to_captured, simulated_to_direct;
 };
 

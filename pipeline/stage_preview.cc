@@ -66,7 +66,7 @@ void RenderTargets(const RaySource& placed, double mm_per_view_px, PreviewResult
 }
 
 void Simulate(const LayerImages& layers, const Display& display, const PreviewOptions& options,
-              PreviewResult& result, const std::vector<DirectView>& direct, const ViewSet& set,
+              PreviewResult& result, std::vector<DirectView> direct, const ViewSet& set,
               Progress& progress) {
   progress.Start(
       "preview: simulated eyes",
@@ -79,26 +79,48 @@ void Simulate(const LayerImages& layers, const Display& display, const PreviewOp
       progress.Advance();
     }
   }
-  for (const DirectView& view : direct) {
-    const PreviewPicture seen = RenderSimulated(layers, display, view.at.eye, options.lines);
-    result.captured.push_back({set.views[static_cast<std::size_t>(view.at.view)].name, view.at.eye,
-                               Compare(seen, view.captured, options.border_px),
-                               Compare(view.direct, view.captured, options.border_px),
-                               Compare(seen, view.direct, options.border_px)});
+  for (DirectView& view : direct) {
+    CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name,
+                            view.at.eye,
+                            RenderSimulated(layers, display, view.at.eye, options.lines),
+                            std::move(view.direct),
+                            {},
+                            {},
+                            {}};
+    captured.simulated_to_captured = Compare(captured.simulated, view.captured, options.border_px);
+    captured.direct_to_captured = Compare(captured.direct, view.captured, options.border_px);
+    captured.simulated_to_direct = Compare(captured.simulated, captured.direct, options.border_px);
+    result.captured.push_back(std::move(captured));
     progress.Advance();
   }
 }
 
 void WriteViews(const std::filesystem::path& folder, const PreviewResult& result) {
   CreateFolder(folder);
-  std::vector<const EyeResult*> eyes;
-  for (const EyeResult& eye : result.grid) eyes.push_back(&eye);
-  for (const EyeResult& eye : result.further) eyes.push_back(&eye);
-  ParallelForEach(0, static_cast<std::int64_t>(eyes.size()), [&](std::int64_t i) {
-    const EyeResult& eye = *eyes[static_cast<std::size_t>(i)];
-    WriteCodes8(folder / ("eye_" + eye.name + ".png"), eye.simulated.codes.span());
-    WriteCodes8(folder / ("target_" + eye.name + ".png"), eye.target.codes.span(),
-                eye.target.share.span());
+  struct File {
+    std::string name;
+    const PreviewPicture* picture;
+    bool with_alpha;  // the share that the capture saw
+  };
+  std::vector<File> files;
+  for (const std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
+    for (const EyeResult& eye : *eyes) {
+      files.push_back({"eye_" + eye.name, &eye.simulated, false});
+      files.push_back({"target_" + eye.name, &eye.target, true});
+    }
+  }
+  for (const CapturedResult& view : result.captured) {
+    files.push_back({"at_" + view.view + "_simulated", &view.simulated, false});
+    files.push_back({"at_" + view.view + "_direct", &view.direct, true});
+  }
+  ParallelForEach(0, static_cast<std::int64_t>(files.size()), [&](std::int64_t i) {
+    const File& file = files[static_cast<std::size_t>(i)];
+    const std::filesystem::path path = folder / (file.name + ".png");
+    if (file.with_alpha) {
+      WriteCodes8(path, file.picture->codes.span(), file.picture->share.span());
+    } else {
+      WriteCodes8(path, file.picture->codes.span());
+    }
   });
 }
 
@@ -224,7 +246,7 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   }
   const LayerImages layers = options.source == "frames" ? LoadPanelImages(workspace, record)
                                                         : LoadLayerImages(workspace, record);
-  Simulate(layers, record.display, options, result, direct, set, progress);
+  Simulate(layers, record.display, options, result, std::move(direct), set, progress);
   progress.Start("preview: files", 3, "parts");
   WriteViews(run.folder() / "views", result);
   progress.Advance();

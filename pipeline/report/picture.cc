@@ -58,8 +58,8 @@ DepthScale ScaleOf(const std::vector<const DepthMap*>& maps) {
   if (inverse.empty()) return {};
   std::sort(inverse.begin(), inverse.end());
   const auto at = [&](double share) {
-    return static_cast<double>(
-        inverse[static_cast<std::size_t>(share * static_cast<double>(inverse.size() - 1))]);
+    const auto index = std::lround(share * static_cast<double>(inverse.size() - 1));
+    return static_cast<double>(inverse[static_cast<std::size_t>(index)]);
   };
   DepthScale scale{at(0.01), at(0.99)};
   // All at one depth: it gets the middle colour.

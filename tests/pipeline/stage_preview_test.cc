@@ -1,0 +1,273 @@
+// The stage preview on a workspace whose earlier stages left the truth of a known scene.
+#include <cmath>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "distribute/displays.h"
+#include "distribute/metrics.h"
+#include "lightfield/atomic_file.h"
+#include "lightfield/color.h"
+#include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
+#include "pipeline/depth_record.h"
+#include "pipeline/layers_record.h"
+#include "pipeline/panel_images.h"
+#include "pipeline/poses_record.h"
+#include "pipeline/stages.h"
+#include "tests/depth/analytic_scene.h"
+#include "tests/scratch.h"
+
+namespace lamella {
+namespace {
+
+namespace fs = std::filesystem;
+using testing_scene::PinholeOf;
+using testing_scene::PoseAt;
+using testing_scene::Scene;
+
+constexpr int kPanel = 240;  // px, square; a view's pixel is a panel's on z = 0
+constexpr double kStepMm = 25;
+
+// A wall at the back and a smaller rectangle in front of it, of smooth textures.
+Scene WallAndCard() {
+  testing_scene::TexturedRectangle wall, card;
+  wall.centre = {0, 0, 9.5};
+  wall.wavelength = 1.2;
+  card.centre = {0.2, -0.1, 7};
+  card.half_u = 0.6;
+  card.half_v = 0.5;
+  card.wavelength = 0.8;
+  card.phase = 1;
+  card.brightness = 0.25;
+  return Scene({wall, card});
+}
+
+// Built once: five views (a cross of neighbours kStepMm apart as eyes), exact depth, layers made
+// of the scene itself, frames.
+class StagePreviewTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    root_ = fs::path(testing::TempDir()) / ("lamella-stage-preview-" + std::to_string(getpid()));
+    fs::remove_all(root_);
+    const Workspace workspace(root_ / "W");
+    for (const char* stage : {"poses", "depth", "layers"}) CreateFolder(workspace.Stage(stage));
+    CreateFolder(root_ / "photos");
+    LayersRecord record;
+    record.display = FindDisplay("paper-two-layer");
+    record.display.width_px = record.display.height_px = kPanel;
+    const Scene scene = WallAndCard();
+    ViewSet set;
+    set.views.push_back(Add(scene, "middle", {0, 0, 0}));
+    PlacementOptions options;
+    options.mm_per_view_px = record.display.pitch_mm;
+    options.depth_budget_mm = 12;
+    record.placement = Place(set.views[0], 7, 9.5, record.display, options, nullptr);
+    const Placement& p = record.placement;
+    const double step = kStepMm * p.a / (p.mm_per_view_px / p.viewing_distance_mm * p.focal_px);
+    set.views.push_back(Add(scene, "right", {step, 0, 0}));
+    set.views.push_back(Add(scene, "left", {-step, 0, 0}));
+    set.views.push_back(Add(scene, "low", {0, step, 0}));
+    set.views.push_back(Add(scene, "high", {0, -step, 0}));
+    SaveViewSet(workspace.Stage("poses"), set, {});
+    const LayerImages images =
+        Distribute(*Placed(scene, p), record.display, LayersOptions(), SilentProgress());
+    record.seen_share = images.seen_share;
+    for (int layer = 0; layer < 2; ++layer) {
+      for (int slot = 0; slot < 9; ++slot) {
+        SaveEmitterImage(
+            workspace.Stage("layers"), layer, slot,
+            images.slots[static_cast<std::size_t>(layer)][static_cast<std::size_t>(slot)]);
+      }
+    }
+    SaveLayersRecord(workspace.Stage("layers"), record);
+    StageRun frames(workspace, "frames", "in", "options");
+    frames.Commit(RunFrames(workspace, {}, frames, SilentProgress()), 1.5, 100);
+    Preview(Small());
+  }
+  static void TearDownTestSuite() { fs::remove_all(root_); }
+
+  static View Add(const Scene& scene, const std::string& name, const Eigen::Vector3d& centre) {
+    DepthView truth = scene.Capture(PinholeOf(kPanel, kPanel, 600), PoseAt(centre));
+    truth.view.name = name;
+    truth.view.image = root_ / "photos" / (name + ".png");
+    WriteSrgb8(truth.view.image, truth.color.span());
+    SaveDepthMap(root_ / "W/depth" / (name + ".exr"), truth.depth);
+    return truth.view;
+  }
+
+  static PreviewOptions Small() {
+    PreviewOptions options;
+    options.positions = 3;
+    options.eye_box_mm = kStepMm;
+    options.eyes = "10,-5";
+    options.border_px = 20;
+    options.lines = 2;
+    return options;
+  }
+
+  static std::string Preview(const PreviewOptions& options) {
+    const Workspace workspace(root_ / "W");
+    StageRun run(workspace, "preview", "in", "options");
+    run.Commit(RunPreview(workspace, options, {}, run, SilentProgress()), 0, 0);
+    std::string hashes;
+    const std::optional<StageRecord> record = LoadStageRecord(workspace, "preview");
+    for (const OutputFile& file : record->outputs) {
+      if (file.file != "index.html") hashes += file.file + " " + file.hash + "\n";
+    }
+    return hashes;
+  }
+
+  static fs::path Folder() { return root_ / "W/preview"; }
+  static nlohmann::json Metrics() {
+    return nlohmann::json::parse(ReadText(Folder() / "metrics.json"));
+  }
+
+  static void ExpectTheSceneAtEveryEye() {
+    const nlohmann::json json = Metrics();
+    EXPECT_EQ(json.at("format_version"), 1);
+    ASSERT_EQ(json.at("eyes").size(), 9U);
+    ASSERT_EQ(json.at("further_eyes").size(), 1U);
+    for (const auto& eye : json.at("eyes")) {
+      // Layers 20 mm apart blur the silhouette of a card in front of a wall: simulation.md
+      // section 3.
+      EXPECT_GT(eye.at("psnr_srgb_db"), 25) << eye;
+      EXPECT_GT(eye.at("ssim"), 0.84) << eye;
+      EXPECT_GT(eye.at("known"), 0.9) << eye;
+      const Image<Rgb8> picture = ReadSrgb8(Folder() / eye.at("simulated").get<std::string>());
+      ASSERT_EQ(picture.width(), kPanel);
+      const Image<Rgb8> target = ReadSrgb8(Folder() / eye.at("target").get<std::string>());
+      for (const Rect& away : {Rect{24, 24, 40, 190}, Rect{100, 95, 50, 30}}) {  // wall, card
+        EXPECT_GT(*Psnr(picture.span().Sub(away), target.span().Sub(away)), 37) << eye;
+      }
+      EXPECT_FALSE(ReadAlpha(Folder() / eye.at("target").get<std::string>()).empty());
+    }
+    EXPECT_EQ(json.at("eyes")[2].at("position_mm"), (std::vector<double>{25, 25, 600}));
+    EXPECT_EQ(json.at("further_eyes")[0].at("position_mm"), (std::vector<double>{10, -5, 600}));
+  }
+
+  static void ExpectCapturedViewsCompared() {
+    const nlohmann::json captured = Metrics().at("captured_views");
+    ASSERT_EQ(captured.size(), 5U);
+    for (const auto& view : captured) {
+      EXPECT_GT(view.at("simulated_to_captured").at("psnr_srgb_db"), 25) << view;
+      const auto& direct = view.at("direct_to_captured").at("psnr_srgb_db");
+      EXPECT_TRUE(direct.is_null() || direct > 42) << view;  // null: equal
+    }
+  }
+
+  // The eye's picture from the PNG files alone: modulator times emitter, slot by slot, the
+  // reflected panel turned back.
+  static void ExpectWhatThePanelsFilesShow() {
+    const nlohmann::json json = Metrics();
+    const double pixel = json.at("pixel_mm"), left = json.at("left_mm"), top = json.at("top_mm");
+    const double pitch = FindDisplay("paper-two-layer").pitch_mm;
+    const Eigen::Vector3d eye(10, -5, 600);
+    const Rect part{90, 100, 40, 30};
+    Image<Rgb> picture(part.width, part.height);
+    for (int layer = 0; layer < 2; ++layer) {
+      const double z = layer == 0 ? -10 : 10;
+      for (int slot = 0; slot < 9; ++slot) {
+        const std::string name =
+            "W/frames/layer_" + std::to_string(layer) + "_slot_" + std::to_string(slot);
+        const Image<Rgb> emitter = ReadImage(root_ / (name + "_emitter.png"));
+        const Image<Rgb> modulator = ReadImage(root_ / (name + "_modulator.png"));
+        const auto at = [&](const Image<Rgb>& frame, double x0, double y0, double depth) {
+          const double x = x0 + (eye.x() - x0) * depth / 600, y = y0 + (eye.y() - y0) * depth / 600;
+          const int column = static_cast<int>(std::floor(x / pitch + kPanel / 2.0));
+          const int row = static_cast<int>(std::floor(kPanel / 2.0 - y / pitch));
+          return frame(layer == 0 ? kPanel - 1 - column : column, row);
+        };
+        for (int i = 0; i < 4 * part.width * part.height; ++i) {
+          const int x = i / 4 % part.width, y = i / 4 / part.width;
+          const double x0 = left + (part.x + x + 0.25 + 0.5 * (i % 2)) * pixel;
+          const double y0 = top - (part.y + y + 0.25 + 0.5 * (i / 2 % 2)) * pixel;
+          // Mean of 9 slots and 4 lines over the brightness (2/6)^2; the mirror's 1/2 is in both.
+          picture(x, y) += at(modulator, x0, y0, z).g / 4 * at(emitter, x0, y0, z - 5);
+        }
+      }
+    }
+    const Image<Rgb8> seen = ReadSrgb8(Folder() / "views/eye_further_00.png");
+    for (int y = 0; y < part.height; ++y) {
+      for (int x = 0; x < part.width; ++x) {
+        const Rgb8 code = seen(part.x + x, part.y + y);
+        EXPECT_NEAR(code.r, LinearToSrgb8(picture(x, y).r), 1) << x << " " << y;
+        EXPECT_NEAR(code.b, LinearToSrgb8(picture(x, y).b), 1) << x << " " << y;
+      }
+    }
+  }
+
+  static void ExpectTheNearCardToMoveAgainstTheEye() {
+    // The column of the card's middle: darker than the wall; weighted mean of what is dark.
+    const auto middle = [](const std::string& file) {
+      const Image<Rgb> picture = ReadImage(Folder() / "views" / file);
+      double sum = 0, x_sum = 0;
+      for (int y = 100; y < 130; ++y) {
+        for (int x = 70; x < 180; ++x) {
+          const double dark = picture(x, y).g < 0.3F ? 1 : 0;
+          sum += dark;
+          x_sum += dark * x;
+        }
+      }
+      return x_sum / sum;
+    };
+    for (const std::string kind : {"eye_", "target_"}) {
+      const double left = middle(kind + "01_00.png"), right = middle(kind + "01_02.png");
+      EXPECT_LT(right, left - 1) << kind;
+    }
+    EXPECT_NEAR(middle("eye_01_02.png") - middle("eye_01_00.png"),
+                middle("target_01_02.png") - middle("target_01_00.png"), 0.7);
+  }
+
+  static void ExpectOneSelfContainedPage() {
+    const std::string html = ReadText(Folder() / "index.html");
+    EXPECT_LT(html.size(), 20U << 20U);
+    EXPECT_EQ(html.find("http"), html.find("http-equiv"));
+    for (const char* part : {"data:image/jpeg;base64,", "captured", "frames"}) {
+      EXPECT_NE(html.find(part), std::string::npos) << part;
+    }
+  }
+
+  static void ExpectPanelsToDecodeBackToTheirEmitters() {
+    const Workspace workspace(root_ / "W");
+    const LayersRecord record = LoadLayersRecord(workspace);
+    const LayerImages layers = LoadLayerImages(workspace, record);
+    const LayerImages panels = LoadPanelImages(workspace, record);
+    for (std::size_t l = 0; l < 2; ++l) {
+      for (std::size_t slot = 0; slot < 9; ++slot) {
+        const EmitterImage &a = layers.slots[l][slot], &b = panels.slots[l][slot];
+        for (std::size_t i = 0; i < a.color.size(); ++i) {
+          // Half a code of sRGB is at most 0.0045 of linear light.
+          ASSERT_NEAR(a.color.data()[i].g, b.color.data()[i].g, 0.0046F);
+          ASSERT_EQ(a.coverage.data()[i], b.coverage.data()[i]);
+        }
+      }
+    }
+  }
+
+  static fs::path root_;
+};
+fs::path StagePreviewTest::root_;
+
+// One case, since ctest runs every case in a process of its own, which makes the workspace anew.
+TEST_F(StagePreviewTest, ShowsTheSceneAndTellsHowFarItIsFromTheCapture) {
+  ExpectTheSceneAtEveryEye();
+  ExpectCapturedViewsCompared();
+  ExpectWhatThePanelsFilesShow();
+  ExpectTheNearCardToMoveAgainstTheEye();
+  ExpectOneSelfContainedPage();
+  ExpectPanelsToDecodeBackToTheirEmitters();
+}
+
+TEST_F(StagePreviewTest, WritesTheSameBytesWithAnyNumberOfThreads) {
+  std::string hashes[2];
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    hashes[threads - 1] = Preview(Small());
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+}  // namespace
+}  // namespace lamella
