@@ -32,6 +32,14 @@ double Gradient(std::uint32_t hash, double x, double y, double z) {
   return ((h & 1U) != 0 ? -u : u) + ((h & 2U) != 0 ? -v : v);
 }
 
+// A shift of the lattice: without it the flat faces of boxes would lie in planes of the lattice,
+// where gradient noise of all octaves is 0 at the same points.
+Vector3d Shift(std::uint32_t seed) {
+  const std::uint32_t h = Hash(1, 2, 3, seed);
+  return {0.1 + 0.8 * Unit(h), 0.1 + 0.8 * Unit(h * 0x9e3779b9U),
+          0.1 + 0.8 * Unit(h * 0x7feb352dU)};
+}
+
 double Fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 double Lerp(double a, double b, double t) { return a + t * (b - a); }
 double SmoothStep(double low, double high, double x) {
@@ -55,7 +63,7 @@ double Clouds(const Texture& texture, const Vector3d& point, double footprint, s
     const double kept = Survives(cell, footprint);
     if (kept == 0) break;
     const std::uint32_t seed = texture.seed * 131 + salt * 17 + static_cast<std::uint32_t>(octave);
-    sum += kept * amplitude * GradientNoise(point / cell, seed);
+    sum += kept * amplitude * GradientNoise(point / cell + Shift(seed), seed);
   }
   return sum;
 }
@@ -63,7 +71,8 @@ double Clouds(const Texture& texture, const Vector3d& point, double footprint, s
 // Spots of one size: one per lattice cell at a random place, soft at the rim. Only the 8 cells
 // around the point can reach it.
 double Spots(const Vector3d& point, double cell, std::uint32_t seed) {
-  const Vector3d p = point / cell;
+  // Half a cell off: the faces of boxes cut the spots in the middle.
+  const Vector3d p = point / cell + Vector3d::Constant(0.5);
   const auto x0 = static_cast<std::int64_t>(std::floor(p.x() - 0.5));
   const auto y0 = static_cast<std::int64_t>(std::floor(p.y() - 0.5));
   const auto z0 = static_cast<std::int64_t>(std::floor(p.z() - 0.5));
