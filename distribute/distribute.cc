@@ -174,7 +174,7 @@ std::vector<LayerGroup> GroupLayers(const Display& display) {
 }
 
 LayerWeights WeightsOf(const Display& display, const LayersOptions& options) {
-  const double offset = options.border_offset_mm.value_or(BorderOffsetMm(display));
+  const double offset = options.border_offset_mm.value_or(display.border_offset_mm);
   std::vector<double> positions;
   for (const Layer& layer : display.layers) positions.push_back(layer.position_mm + offset);
   return {positions, options.border_mm.value_or(display.border_mm)};
@@ -267,12 +267,6 @@ std::vector<int> BeamsWithin(const RayMap& map, Axis axis, int slot, double half
 
 }  // namespace
 
-double BorderOffsetMm(const Display& display) {
-  double sum = 0;
-  for (const Layer& layer : display.layers) sum += SharpestOffsetMm(layer);
-  return sum / static_cast<double>(display.layers.size());
-}
-
 LayerImages Distribute(const RaySource& source, const Display& display,
                        const LayersOptions& options, Progress& progress) {
   Check(display, display.name);
@@ -333,8 +327,7 @@ OptionTable Describe(LayersOptions& options) {
         {},
         "--border-mm"},
        {"border_offset_mm",
-        "borders lie so far in front of the middles between layers, mm (default: where the layers "
-        "are sharpest; 0: the paper's)",
+        "borders lie so far in front of the middles between layers, mm (default: the display's)",
         &options.border_offset_mm,
         -1e6,
         1e6,

@@ -23,10 +23,7 @@ struct LayersOptions {
   PlacementOptions placement;
   int nodes_per_step = 1;           // nodes of the eye plane (or slopes) per emitter step and axis
   int samples_per_pixel = 1;        // rays per emitter pitch and axis in a node's bundle
-  std::optional<double> border_mm;  // default: the display's
-  // Borders lie this far in front of the middles between layers. Default: BorderOffsetMm; 0 is the
-  // paper's rule, nearest modulating plane.
-  std::optional<double> border_offset_mm;
+  std::optional<double> border_mm, border_offset_mm;  // default: the display's
 };
 OptionTable Describe(LayersOptions& options);
 void ApplyQuality(Quality quality, LayersOptions& options);
@@ -48,10 +45,6 @@ struct LayerImages {
 // that have a ray (all rays have one footprint).
 double SeenShare(const LayerImages& images, const Display& display, double width_mm,
                  double height_mm);
-
-// The mean of the layers' SharpestOffsetMm: with it a point goes to the layer that shows it
-// sharpest, which for barriers is not that of the nearest modulating plane (docs/decisions).
-double BorderOffsetMm(const Display& display);
 
 // `source` is placed: it answers in the display's frame.
 LayerImages Distribute(const RaySource& source, const Display& display,

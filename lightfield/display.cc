@@ -108,6 +108,9 @@ void Check(const Display& display, const std::string& where) {
                 fmt::format("at most {} can be handled", kMostLayers));
   check.Require(std::isfinite(display.border_mm) && display.border_mm >= 0,
                 fmt::format("border_mm = {}", display.border_mm), "give 0 or more millimetres");
+  check.Require(std::isfinite(display.border_offset_mm),
+                fmt::format("border_offset_mm = {}", display.border_offset_mm),
+                "give millimetres; 0 puts borders in the middles between layers");
   for (std::size_t i = 0; i < display.layers.size(); ++i) CheckLayer(display, i, check);
 }
 
@@ -127,6 +130,12 @@ double SharpRangeMm(const Display& display, const Layer& layer) {
 double SharpestOffsetMm(const Layer& layer) {
   const double opening = layer.barrier.aperture_px;  // in emitters, so w_u = 1
   return -layer.d0_mm * opening * opening / (opening * opening + 1);
+}
+
+double MeanSharpestOffsetMm(const std::vector<Layer>& layers) {
+  double sum = 0;
+  for (const Layer& layer : layers) sum += SharpestOffsetMm(layer);
+  return layers.empty() ? 0 : sum / static_cast<double>(layers.size());
 }
 
 double CutoffPerMm(const Display& display, const Layer& layer, double offset_mm) {

@@ -41,6 +41,8 @@ struct Display {
   double viewing_distance_mm = 0;   // D: the fans of all elements meet at (0, 0, D)
   bool shear = true;                // off: all fans are parallel to the axis
   double border_mm = 0;             // w: width over which neighbouring layers' ranges overlap
+  // Borders lie this far in front of the middles between modulating planes; 0 is the paper's rule.
+  double border_offset_mm = 0;
   std::vector<Layer> layers;        // by rising position; 0 is at the back
 
   int emitter_columns() const { return width_px / binning_px; }
@@ -75,6 +77,9 @@ double SharpRangeMm(const Display& display, const Layer& layer);    // z_max = d
 // -d0 w_x^2 / (w_x^2 + w_u^2), between the emitters (wide openings) and the modulator (narrow
 // ones).
 double SharpestOffsetMm(const Layer& layer);
+// Its mean over the layers: with borders moved by it a point goes to the layer that shows it
+// sharpest (docs/decisions/0006). What a display's file without border_offset_mm gets.
+double MeanSharpestOffsetMm(const std::vector<Layer>& layers);
 double CutoffPerMm(const Display& display, const Layer& layer, double offset_mm);  // Eq. 1
 // Neighbouring emitters of an opening are seen this far apart at a distance from the modulator.
 double ViewSpacingMm(const Display& display, const Layer& layer, double distance_mm);

@@ -50,6 +50,7 @@ Json ToJson(const Display& display) {
           {"viewing_distance_mm", display.viewing_distance_mm},
           {"shear", display.shear},
           {"border_mm", display.border_mm},
+          {"border_offset_mm", display.border_offset_mm},
           {"panel",
            {{"width_px", display.width_px},
             {"height_px", display.height_px},
@@ -64,6 +65,7 @@ Display DisplayFromJson(const Json& json) {
   display.viewing_distance_mm = json.at("viewing_distance_mm");
   display.shear = json.at("shear");
   display.border_mm = json.at("border_mm");
+  display.border_offset_mm = json.at("border_offset_mm");
   const Json& panel = json.at("panel");
   display.width_px = panel.at("width_px");
   display.height_px = panel.at("height_px");

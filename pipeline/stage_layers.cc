@@ -69,6 +69,7 @@ DepthRange DepthRangeOfCapture(const Workspace& workspace, const ViewSet& set,
 Display DisplayFor(const LayersOptions& options) {
   Display display = FindDisplay(options.display);
   if (options.border_mm) display.border_mm = *options.border_mm;
+  if (options.border_offset_mm) display.border_offset_mm = *options.border_offset_mm;
   if (options.placement.viewing_distance_mm) {
     display.viewing_distance_mm = *options.placement.viewing_distance_mm;
   }

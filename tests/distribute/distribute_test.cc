@@ -308,7 +308,7 @@ TEST(Distribute, HoldsAtTheExtremesOfDisplays) {
     const LayerImages images = Distribute(scene, d, Options(1, 1), SilentProgress());
     EXPECT_GT(images.seen_share, 0.99);
     std::vector<double> positions;
-    for (const Layer& layer : d.layers) positions.push_back(layer.position_mm + BorderOffsetMm(d));
+    for (const Layer& layer : d.layers) positions.push_back(layer.position_mm + d.border_offset_mm);
     const LayerWeights weights(positions, d.border_mm);
     for (std::size_t layer = 0; layer < d.layers.size(); ++layer) {
       for (const EmitterImage& image : images.slots[layer]) {
@@ -322,17 +322,24 @@ TEST(Distribute, HoldsAtTheExtremesOfDisplays) {
   }
 }
 
-TEST(Distribute, PutsBordersWhereLayersAreSharpestOrWhereItIsTold) {
-  const Display display = Small("paper-two-layer", 48, 36);
-  EXPECT_DOUBLE_EQ(BorderOffsetMm(display), -4);
-  EXPECT_DOUBLE_EQ(BorderOffsetMm(Small("paper-two-layer-half", 48, 36)), -2.5);
+TEST(Distribute, PutsBordersWhereTheDisplayOrTheOptionHasThem) {
+  Display display = Small("paper-two-layer", 48, 36);
+  EXPECT_EQ(display.border_offset_mm, 0);  // the paper's display, the paper's rule
   AnalyticScene scene;
   scene.rectangles = {Plane(-1, Constant(1))};
   LayersOptions options = Options(1, 1);
-  options.border_offset_mm = 0;  // the paper's: z = -1 is 3/4 the back layer's
-  const LayerImages images = Distribute(scene, display, options, SilentProgress());
-  EXPECT_NEAR(images.slots[0][4].color(20, 15).g, 0.75F, 1e-5F);
-  EXPECT_NEAR(images.slots[1][4].color(20, 15).g, 0.25F, 1e-5F);
+  const auto back_share = [&] {
+    const LayerImages images = Distribute(scene, display, options, SilentProgress());
+    const float back = images.slots[0][4].color(20, 15).g;
+    EXPECT_NEAR(images.slots[1][4].color(20, 15).g, 1 - back, 1e-5F);
+    return back;
+  };
+  EXPECT_NEAR(back_share(), 0.75F, 1e-5F);
+  options.border_offset_mm = -1;
+  EXPECT_NEAR(back_share(), 0.5F, 1e-5F);
+  options.border_offset_mm.reset();
+  display.border_offset_mm = -4;
+  EXPECT_NEAR(back_share(), 0, 1e-5F);
 }
 
 TEST(Distribute, RefusesABorderWiderThanTheSpacing) {

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 Display TwoLayers() {
-  Display display{"two", 24, 12, 0.3, 1, 600, true, 4, {}};
+  Display display{"two", 24, 12, 0.3, 1, 600, true, 4, -4, {}};
   display.layers = {{-10, 5, {6, 2, 3}, true}, {10, 5, {6, 2, 3}, false}};
   return display;
 }
@@ -83,6 +83,7 @@ TEST(DisplayToml, ReadsBackWhatItWrote) {
 
 TEST(DisplayToml, TakesAFifthOfTheSpacingAsBorderWhereNoneIsGiven) {
   EXPECT_DOUBLE_EQ(ParseDisplay(Replaced(kToml, "border_mm = 4", ""), "d.toml").border_mm, 4);
+  EXPECT_DOUBLE_EQ(ParseDisplay(Replaced(kToml, "border_mm", "border_offset_mm"), "d.toml").border_offset_mm, 4);
 }
 
 TEST(DisplayToml, OffersTheNearestKeyForAnUnknownOne) {
@@ -196,6 +197,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"in front of every layer", [](Display& d) { d.viewing_distance_mm = 10; }},
         Bad{"in front of every layer", [](Display& d) { d.viewing_distance_mm = 14; }},
         Bad{"viewing_distance_mm = -600", [](Display& d) { d.viewing_distance_mm = -600; }},
+        Bad{"border_offset_mm = nan", [](Display& d) { d.border_offset_mm = NAN; }},
         Bad{"border_mm = -1", [](Display& d) { d.border_mm = -1; }},
         Bad{"border_mm = 21 is wider", [](Display& d) { d.border_mm = 21; }}));
 

@@ -12,16 +12,13 @@
 namespace lamella {
 
 // The paper's weight of a layer, straight from its sentence: linear over the border's width around
-// the middle between neighbouring layers, here between the places where barriers of equal kind are
-// sharpest: d0 w_x^2/(w_x^2 + w_u^2) behind their modulators.
+// the middle between neighbouring layers.
 inline double ReferenceWeight(const Display& display, int layer, double z) {
   const auto in_front = [&](int border) {
     if (border < 0) return 1.0;
     if (border + 1 >= static_cast<int>(display.layers.size())) return 0.0;
     const auto at = [&](int l) { return display.layers[static_cast<std::size_t>(l)].position_mm; };
-    const double a = display.layers[0].barrier.aperture_px;
-    const double behind = display.layers[0].d0_mm * a * a / (a * a + 1);
-    const double b = (at(border) + at(border + 1)) / 2 - behind;
+    const double b = (at(border) + at(border + 1)) / 2 + display.border_offset_mm;
     if (display.border_mm == 0) return z >= b ? 1.0 : 0.0;
     return std::clamp((z - b) / display.border_mm + 0.5, 0.0, 1.0);
   };
