@@ -54,7 +54,7 @@ PreviewMetrics Compare(const PreviewPicture& a, const PreviewPicture& b, int bor
   }
   const MetricRegion all{border_px, {}}, seen{border_px, both.span()};
   return {Psnr(a.codes.span(), b.codes.span(), all), Psnr(a.codes.span(), b.codes.span(), seen),
-          Ssim(a.codes.span(), b.codes.span(), all)};
+          Ssim(a.codes.span(), b.codes.span(), all), Ssim(a.codes.span(), b.codes.span(), seen)};
 }
 
 double MeanShare(const PreviewPicture& picture) {

@@ -33,7 +33,7 @@ PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured);
 struct PreviewMetrics {
   std::optional<double> psnr_db;  // sRGB; +inf for equal pictures, nothing where no pixel counts
   std::optional<double> psnr_seen_db;  // over pixels with both shares at least 1/2
-  std::optional<double> ssim;
+  std::optional<double> ssim, ssim_seen;
 };
 PreviewMetrics Compare(const PreviewPicture& a, const PreviewPicture& b, int border_px);
 

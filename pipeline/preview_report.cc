@@ -31,7 +31,8 @@ Json Number(const std::optional<double>& value) {
 Json ToJson(const PreviewMetrics& metrics) {
   return {{"psnr_srgb_db", Number(metrics.psnr_db)},
           {"psnr_srgb_seen_db", Number(metrics.psnr_seen_db)},
-          {"ssim", Number(metrics.ssim)}};
+          {"ssim", Number(metrics.ssim)},
+          {"ssim_seen", Number(metrics.ssim_seen)}};
 }
 
 Json PositionOf(const Eye& eye) {
@@ -103,9 +104,9 @@ void AddEyes(const PreviewResult& result, PreviewPage& page) {
                                                          page.width / first.width)));
   for (std::size_t i = 0; i < result.grid.size(); ++i) {
     const EyeResult& eye = result.grid[i];
-    page.eyes.push_back({std::move(uris[2 * i]), std::move(uris[2 * i + 1]), eye.metrics.psnr_db,
-                         eye.metrics.ssim.value_or(0), MeanShare(eye.simulated),
-                         MeanShare(eye.target)});
+    page.eyes.push_back({std::move(uris[2 * i]), std::move(uris[2 * i + 1]),
+                         eye.metrics.psnr_seen_db, eye.metrics.ssim_seen.value_or(0),
+                         MeanShare(eye.simulated), MeanShare(eye.target)});
   }
 }
 
@@ -238,12 +239,12 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
   };
   if (!result.further.empty()) {
     PageTable table{"Further eyes, simulated against target",
-                    {"Eye, mm", "PSNR, dB (sRGB)", "of seen pixels", "SSIM"},
+                    {"Eye, mm", "PSNR, dB (sRGB)", "of all pixels", "SSIM"},
                     {}};
     for (const EyeResult& eye : result.further) {
-      table.rows.push_back({position(eye.eye), Decibels(eye.metrics.psnr_db),
-                            Decibels(eye.metrics.psnr_seen_db),
-                            fmt::format("{:.3f}", eye.metrics.ssim.value_or(0))});
+      table.rows.push_back({position(eye.eye), Decibels(eye.metrics.psnr_seen_db),
+                            Decibels(eye.metrics.psnr_db),
+                            fmt::format("{:.3f}", eye.metrics.ssim_seen.value_or(0))});
     }
     page.tables.push_back(std::move(table));
   }
@@ -254,9 +255,9 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
                   {}};
   for (const CapturedResult& captured : result.captured) {
     table.rows.push_back({captured.view, position(captured.eye),
-                          Decibels(captured.simulated_to_captured.psnr_db),
-                          Decibels(captured.direct_to_captured.psnr_db),
-                          Decibels(captured.simulated_to_direct.psnr_db)});
+                          Decibels(captured.simulated_to_captured.psnr_seen_db),
+                          Decibels(captured.direct_to_captured.psnr_seen_db),
+                          Decibels(captured.simulated_to_direct.psnr_seen_db)});
   }
   page.tables.push_back(std::move(table));
 }
@@ -265,21 +266,21 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
 
 GridMeans MeansOf(const PreviewResult& result) {
   GridMeans means;
-  means.worst_psnr_db = std::numeric_limits<double>::infinity();
+  means.worst_psnr_seen_db = std::numeric_limits<double>::infinity();
   double finite = 0;
   const double n = static_cast<double>(result.grid.size());
   for (const EyeResult& eye : result.grid) {
-    const std::optional<double>& psnr = eye.metrics.psnr_db;
+    const std::optional<double>& psnr = eye.metrics.psnr_seen_db;
     if (psnr && std::isfinite(*psnr)) {
-      means.psnr_db += *psnr;
-      means.worst_psnr_db = std::min(means.worst_psnr_db, *psnr);
+      means.psnr_seen_db += *psnr;
+      means.worst_psnr_seen_db = std::min(means.worst_psnr_seen_db, *psnr);
       ++finite;
     }
-    means.ssim += eye.metrics.ssim.value_or(0) / n;
+    means.ssim_seen += eye.metrics.ssim_seen.value_or(0) / n;
     means.known += MeanShare(eye.simulated) / n;
     means.seen += MeanShare(eye.target) / n;
   }
-  means.psnr_db = finite > 0 ? means.psnr_db / finite : means.worst_psnr_db;
+  means.psnr_seen_db = finite > 0 ? means.psnr_seen_db / finite : means.worst_psnr_seen_db;
   return means;
 }
 
@@ -300,9 +301,9 @@ std::string MetricsJson(const PreviewResult& result, const PreviewOptions& optio
                      {"left_mm", eye.left_mm},
                      {"top_mm", eye.top_mm},
                      {"mean",
-                      {{"psnr_srgb_db", Number(means.psnr_db)},
-                       {"worst_psnr_srgb_db", Number(means.worst_psnr_db)},
-                       {"ssim", Number(means.ssim)},
+                      {{"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
+                       {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
+                       {"ssim_seen", Number(means.ssim_seen)},
                        {"known", Number(means.known)},
                        {"seen", Number(means.seen)}}},
                      {"eyes", grid},
@@ -339,8 +340,9 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   }
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
-      "8-bit sRGB codes; a border of {} px is left out. The target is the capture rendered along "
-      "the same lines of sight without a display; both miss what no camera saw.",
+      "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "
+      "target is the capture rendered along "
+      "the same lines of sight without a display.",
       options.border_px);
   AddTables(result, page);
   return page;

@@ -32,10 +32,11 @@ struct PreviewResult {
   std::vector<CapturedResult> captured;
 };
 
-// Means over the grid, for the stage's summary; pictures without an error are left out of a mean
-// of decibels.
+// Means over the grid; pictures without an error are left out of a mean of decibels. PSNR and SSIM
+// are those of the pixels that both pictures know: where no camera saw anything the display is
+// black and the target a guess.
 struct GridMeans {
-  double psnr_db = 0, worst_psnr_db = 0, ssim = 0, known = 0, seen = 0;
+  double psnr_seen_db = 0, worst_psnr_seen_db = 0, ssim_seen = 0, known = 0, seen = 0;
 };
 GridMeans MeansOf(const PreviewResult& result);
 

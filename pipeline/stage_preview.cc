@@ -151,15 +151,15 @@ StageReport ReportOf(const LayersRecord& record, const PreviewResult& result,
   StageReport report;
   report.summary = {
       {"eyes", fmt::format("{0} x {0} within +-{1:g} mm", options.positions, options.eye_box_mm)},
-      {"mean PSNR against direct rendering (sRGB)",
-       fmt::format("{:.2f} dB, worst {:.2f} dB", means.psnr_db, means.worst_psnr_db)},
-      {"mean SSIM", fmt::format("{:.4f}", means.ssim)},
+      {"mean PSNR of seen pixels against direct rendering (sRGB)",
+       fmt::format("{:.2f} dB, worst {:.2f} dB", means.psnr_seen_db, means.worst_psnr_seen_db)},
+      {"mean SSIM of seen pixels", fmt::format("{:.4f}", means.ssim_seen)},
       {"seen by the capture", fmt::format("{:.1f} %", 100 * means.seen)}};
   for (const CapturedResult& view : result.captured) {
     report.summary.emplace_back("against captured view " + view.view,
                                 fmt::format("simulated {:.2f} dB, direct {:.2f} dB",
-                                            view.simulated_to_captured.psnr_db.value_or(0),
-                                            view.direct_to_captured.psnr_db.value_or(0)));
+                                            view.simulated_to_captured.psnr_seen_db.value_or(0),
+                                            view.direct_to_captured.psnr_seen_db.value_or(0)));
   }
   report.warnings = WarningsOf(record, result);
   return report;
