@@ -1,7 +1,9 @@
 #include "pipeline/compare_depth.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -13,6 +15,70 @@
 #include "pipeline/workspace.h"
 
 namespace lamella {
+namespace {
+
+double Percent(std::int64_t count, std::int64_t of) {
+  return of > 0 ? 100.0 * static_cast<double>(count) / static_cast<double>(of) : 0.0;
+}
+
+// The value below which `share` of them lie; they are reordered.
+double Quantile(std::vector<float>& values, double share) {
+  if (values.empty()) return 0;
+  const auto rank =
+      static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return static_cast<double>(values[static_cast<std::size_t>(rank)]);
+}
+
+double RelativePercent(double depth, double truth) {
+  if (std::isinf(depth) || std::isinf(truth)) {
+    return depth == truth ? 0 : std::numeric_limits<double>::infinity();
+  }
+  return 100 * std::abs(depth - truth) / truth;
+}
+
+void CheckShapes(const Image<float>& estimate, const Image<float>& truth) {
+  const double across = static_cast<double>(truth.width()) / estimate.width();
+  if (std::abs(truth.height() / across - estimate.height()) <= 1) return;
+  throw InputError("compare depth",
+                   fmt::format("the estimate has {}x{} px, the truth {}x{}", estimate.width(),
+                               estimate.height(), truth.width(), truth.height()),
+                   "compare maps of one view");
+}
+
+// Appends the errors of a pair's known pixels; the number of all that can be compared.
+std::int64_t AddErrors(const Image<float>& estimate, const Image<float>& truth,
+                       std::vector<float>& errors) {
+  CheckShapes(estimate, truth);
+  std::int64_t pixels = 0;
+  for (int y = 0; y < estimate.height(); ++y) {
+    const int truth_y = static_cast<int>((y + 0.5) * truth.height() / estimate.height());
+    for (int x = 0; x < estimate.width(); ++x) {
+      const int truth_x = static_cast<int>((x + 0.5) * truth.width() / estimate.width());
+      const double expected = static_cast<double>(truth(truth_x, truth_y));
+      if (!(expected > 0)) continue;
+      ++pixels;
+      const double depth = static_cast<double>(estimate(x, y));
+      if (depth > 0) errors.push_back(static_cast<float>(RelativePercent(depth, expected)));
+    }
+  }
+  return pixels;
+}
+
+WorldDepthComparison Summarised(std::int64_t pixels, std::vector<float> errors) {
+  WorldDepthComparison result;
+  result.pixels = pixels;
+  result.known = static_cast<std::int64_t>(errors.size());
+  const std::int64_t good =
+      std::count_if(errors.begin(), errors.end(), [](float error) { return error <= 1; });
+  result.median = Quantile(errors, 0.5);
+  result.p90 = Quantile(errors, 0.9);
+  result.within_1 = Percent(good, result.known);
+  result.within_1_of_all = Percent(good, pixels);
+  return result;
+}
+
+}  // namespace
 
 DepthComparison CompareDisparity(ImageSpan<const float> disparity, ImageSpan<const float> truth,
                                  int border) {
@@ -41,14 +107,9 @@ DepthComparison CompareDisparity(ImageSpan<const float> disparity, ImageSpan<con
         squares += error * error;
     }
   }
-  const auto percent = [&](std::int64_t count) {
-    return result.pixels > 0
-               ? 100.0 * static_cast<double>(count) / static_cast<double>(result.pixels)
-               : 0.0;
-  };
-  result.bad_07 = percent(bad_07);
-  result.bad_03 = percent(bad_03);
-  result.bad_01 = percent(bad_01);
+  result.bad_07 = Percent(bad_07, result.pixels);
+  result.bad_03 = Percent(bad_03, result.pixels);
+  result.bad_01 = Percent(bad_01, result.pixels);
   const std::int64_t known = result.pixels - result.unknown;
   result.mse_x100 = known > 0 ? 100.0 * squares / static_cast<double>(known) : 0.0;
   return result;
@@ -70,6 +131,41 @@ DepthComparison CompareDepth(const std::filesystem::path& depth,
                                 : std::numeric_limits<float>::quiet_NaN();
   }
   return CompareDisparity(disparity.span(), ReadPfm(truth).span());
+}
+
+WorldDepthComparison CompareWorldDepth(std::span<const DepthPair> pairs) {
+  std::int64_t pixels = 0;
+  std::vector<float> errors;
+  for (const DepthPair& pair : pairs) {
+    pixels += AddErrors(pair.estimate.depth, pair.truth.depth, errors);
+  }
+  return Summarised(pixels, std::move(errors));
+}
+
+WorldDepthComparison CompareWorldDepth(const std::filesystem::path& depth,
+                                       const std::filesystem::path& truth) {
+  const auto load = [](const std::filesystem::path& a, const std::filesystem::path& b) {
+    return DepthPair{LoadDepthMap(a), LoadDepthMap(b)};
+  };
+  if (!std::filesystem::is_directory(depth)) {
+    const DepthPair pair = load(depth, truth);
+    return CompareWorldDepth(std::span(&pair, 1));
+  }
+  std::int64_t pixels = 0;
+  std::vector<float> errors;
+  bool any = false;
+  for (const auto& entry : std::filesystem::directory_iterator(depth)) {
+    const std::filesystem::path other = truth / entry.path().filename();
+    if (entry.path().extension() != ".exr" || !std::filesystem::exists(other)) continue;
+    const DepthPair pair = load(entry.path(), other);
+    pixels += AddErrors(pair.estimate.depth, pair.truth.depth, errors);
+    any = true;
+  }
+  if (!any) {
+    throw InputError(depth.string(), fmt::format("has no EXR of a name in {}", truth.string()),
+                     "give two folders of depth maps of the same views");
+  }
+  return Summarised(pixels, std::move(errors));
 }
 
 }  // namespace lamella

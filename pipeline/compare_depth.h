@@ -1,10 +1,12 @@
-// Depth of a camera grid's view against the true disparity, by the rule of the HCI 4D light field
-// benchmark.
+// Depth against truth: a camera grid's view against true disparity by the rule of the HCI 4D light
+// field benchmark, or any view against true depth.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 
+#include "lightfield/depth_map.h"
 #include "lightfield/image.h"
 
 namespace lamella {
@@ -28,5 +30,26 @@ DepthComparison CompareDisparity(ImageSpan<const float> disparity, ImageSpan<con
 // sizes differ.
 DepthComparison CompareDepth(const std::filesystem::path& depth,
                              const std::filesystem::path& truth);
+
+// Errors are relative, |Z - truth| / truth, in per cent; both are in the truth's world.
+struct WorldDepthComparison {
+  std::int64_t pixels = 0;     // of the estimates, where the truth is known
+  std::int64_t known = 0;      // of these, with an estimate
+  double median = 0, p90 = 0;  // of the known ones' errors
+  double within_1 = 0;         // per cent of the known ones whose error is at most 1 %
+  double within_1_of_all = 0;  // the same of all: what is unknown counts against it
+};
+
+// A pixel of a smaller estimate is compared with the truth's pixel at its centre. At infinity only
+// infinity is right. InputError where a pair's shapes differ by more than a rounded pixel.
+struct DepthPair {
+  DepthMap estimate, truth;
+};
+WorldDepthComparison CompareWorldDepth(std::span<const DepthPair> pairs);
+
+// Two EXR files, or two folders of them: their files are matched by name, and InputError says so
+// where no name meets.
+WorldDepthComparison CompareWorldDepth(const std::filesystem::path& depth,
+                                       const std::filesystem::path& truth);
 
 }  // namespace lamella

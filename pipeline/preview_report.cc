@@ -10,6 +10,7 @@
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/depth_record.h"
+#include "pipeline/overview.h"
 #include "pipeline/report/picture.h"
 
 namespace lamella {
@@ -157,15 +158,6 @@ void AddDepth(const Workspace& workspace, const ViewSet& set, const Placement& p
   page.depth_note =
       "Depth along the view's axis in world units, coloured by its inverse (blue far, red near); "
       "below, where that depth of the reference view lies in the display.";
-}
-
-Image<Rgb> MeanOfSlots(const std::vector<EmitterImage>& slots) {
-  Image<Rgb> mean(slots[0].color.width(), slots[0].color.height());
-  const float weight = 1.0F / static_cast<float>(slots.size());
-  for (const EmitterImage& slot : slots) {
-    for (std::size_t i = 0; i < mean.size(); ++i) mean.data()[i] += weight * slot.color.data()[i];
-  }
-  return mean;
 }
 
 PageLayer LayerOnPage(const Layer& layer, std::size_t index, const std::vector<EmitterImage>& slots,

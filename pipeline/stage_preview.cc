@@ -13,7 +13,9 @@
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/capture_source.h"
+#include "pipeline/depth_record.h"
 #include "pipeline/layers_record.h"
+#include "pipeline/overview.h"
 #include "pipeline/panel_images.h"
 #include "pipeline/peak_memory.h"
 #include "pipeline/poses_record.h"
@@ -124,6 +126,16 @@ void WriteViews(const std::filesystem::path& folder, const PreviewResult& result
   });
 }
 
+void WriteOverview(const Workspace& workspace, const std::filesystem::path& path, const View& view,
+                   const LayersRecord& record, const LayerImages& layers,
+                   const PreviewResult& result) {
+  const EyeResult& middle = result.grid[result.grid.size() / 2];
+  const Image<Rgb8> overview = Overview(
+      ReadImage(view.image).span(), LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")),
+      layers, record.display, middle.eye, middle.simulated.codes.span());
+  WriteCodes8(path, overview.span());
+}
+
 std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewResult& result) {
   std::vector<std::string> warnings;
   const double box = CleanEyeBox(record.display);
@@ -218,9 +230,8 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   const Clock::time_point start = Clock::now();
   const LayersRecord record = LoadLayersRecord(workspace);
   const ViewSet set = LoadViewSet(workspace);
-  const Eye central =
-      CentralEye(record.display, record.placement,
-                 ReferenceView(set.views, record.placement.reference_view), options);
+  const View& reference = ReferenceView(set.views, record.placement.reference_view);
+  const Eye central = CentralEye(record.display, record.placement, reference, options);
   PreviewResult result;
   std::vector<Eigen::Vector2d> positions = EyeGrid(options);
   const std::vector<Eigen::Vector2d> further = ParseEyes(options.eyes);
@@ -249,6 +260,7 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   Simulate(layers, record.display, options, result, std::move(direct), set, progress);
   progress.Start("preview: files", 3, "parts");
   WriteViews(run.folder() / "views", result);
+  WriteOverview(workspace, run.folder() / "overview.png", reference, record, layers, result);
   progress.Advance();
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
   const StageReport report = ReportOf(record, result, options);

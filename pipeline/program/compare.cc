@@ -32,7 +32,21 @@ ExitCode ComparePosesOf(const Pair& pair) {
   return ExitCode::kDone;
 }
 
+ExitCode CompareWorldDepthOf(const Pair& pair) {
+  const WorldDepthComparison result = CompareWorldDepth(pair.a, pair.b);
+  fmt::print(
+      "pixels {}  known {:.2f} %  error_median {:.4f} %  error_p90 {:.4f} %  within_1_percent "
+      "{:.2f} % of known, {:.2f} % of all\n",
+      result.pixels,
+      result.pixels > 0
+          ? 100.0 * static_cast<double>(result.known) / static_cast<double>(result.pixels)
+          : 0.0,
+      result.median, result.p90, result.within_1, result.within_1_of_all);
+  return ExitCode::kDone;
+}
+
 ExitCode CompareDepthOf(const Pair& pair) {
+  if (std::filesystem::path(pair.b).extension() != ".pfm") return CompareWorldDepthOf(pair);
   const DepthComparison result = CompareDepth(pair.a, pair.b);
   fmt::print(
       "pixels {}  unknown {}  badpix_0.07 {:.2f} %  badpix_0.03 {:.2f} %  badpix_0.01 {:.2f} %  "
@@ -66,8 +80,10 @@ void AddCompare(CLI::App& program, Invocation& invocation) {
           "transforms.json, a folder of .camera files or a grid's folder", "the truth, likewise",
           ComparePosesOf);
   AddPair(app, invocation, "depth",
-          "a grid view's depth by the rule of the HCI 4D light field benchmark",
-          "W/depth/NAME.exr of a finished workspace W", "true disparity, px per view step (PFM)",
+          "a grid view's depth against true disparity by the rule of the HCI 4D light field "
+          "benchmark, or any depth against true depth in the same world",
+          "W/depth/NAME.exr of a finished workspace W, or the folder W/depth",
+          "true disparity, px per view step (PFM), or true depth (EXR, or a folder of them)",
           CompareDepthOf);
 }
 

@@ -56,7 +56,8 @@ void WritePfm(const std::filesystem::path& path, const Image<float>& image) {
   std::ofstream file(path, std::ios::binary);
   file << "Pf\n" << image.width() << " " << image.height() << "\n-1\n";
   for (int y = image.height() - 1; y >= 0; --y) {
-    file.write(std::bit_cast<const char*>(image.row(y)), static_cast<std::streamsize>(sizeof(float)) * image.width());
+    file.write(std::bit_cast<const char*>(image.row(y)),
+               static_cast<std::streamsize>(sizeof(float)) * image.width());
   }
 }
 
@@ -76,11 +77,54 @@ TEST(CompareDepth, TakesTheGridsNumbersFromTheWorkspace) {
   Image<float> truth(40, 40, 12.0F / 6 - 12.0F / 9);
   truth(20, 20) = -12.0F / 9;
   WritePfm(workspace.root() / "truth.pfm", truth);
-  const DepthComparison r = CompareDepth(workspace.Stage("depth") / "view104.exr", workspace.root() / "truth.pfm");
+  const DepthComparison r =
+      CompareDepth(workspace.Stage("depth") / "view104.exr", workspace.root() / "truth.pfm");
   EXPECT_EQ(r.pixels, 100);
   EXPECT_EQ(r.unknown, 1);
   EXPECT_DOUBLE_EQ(r.bad_01, 1);
   EXPECT_LT(r.mse_x100, 1e-6);
+}
+
+DepthMap Depths(int width, int height, float depth) {
+  return {Image<float>(width, height, depth), Image<float>(width, height, 1.0F)};
+}
+
+TEST(CompareWorldDepth, CountsRelativeErrorsOfKnownPixels) {
+  DepthPair pair{Depths(4, 2, 10), Depths(4, 2, 10)};
+  pair.estimate.depth(0, 0) = 0;      // unknown
+  pair.estimate.depth(1, 0) = 10.5F;  // 5 %
+  pair.truth.depth(2, 0) = 0;         // not compared
+  pair.truth.depth(3, 0) = std::numeric_limits<float>::infinity();
+  const WorldDepthComparison r = CompareWorldDepth(std::span(&pair, 1));
+  EXPECT_EQ(r.pixels, 7);
+  EXPECT_EQ(r.known, 6);
+  EXPECT_EQ(r.median, 0);
+  EXPECT_DOUBLE_EQ(r.within_1, 100.0 * 4 / 6);
+  EXPECT_DOUBLE_EQ(r.within_1_of_all, 100.0 * 4 / 7);
+  EXPECT_EQ(CompareWorldDepth({}).pixels, 0);
+}
+
+TEST(CompareWorldDepth, TakesASmallerEstimateAtItsPixelsCentres) {
+  DepthPair pair{Depths(2, 1, 10), Depths(6, 3, 99)};
+  pair.truth.depth(1, 1) = 10;
+  pair.truth.depth(4, 1) = 10;
+  EXPECT_EQ(CompareWorldDepth(std::span(&pair, 1)).p90, 0);
+  pair.truth = Depths(3, 6, 10);
+  EXPECT_THROW(CompareWorldDepth(std::span(&pair, 1)), Error);
+}
+
+TEST(CompareWorldDepth, MatchesTheFilesOfTwoFoldersByName) {
+  const std::filesystem::path root = ScratchFolder();
+  for (const char* name : {"a", "b"}) CreateFolder(root / name);
+  SaveDepthMap(root / "a/1.exr", Depths(4, 4, 2));
+  SaveDepthMap(root / "a/2.exr", Depths(4, 4, 2));
+  SaveDepthMap(root / "b/2.exr", Depths(4, 4, 2.2F));
+  const WorldDepthComparison r = CompareWorldDepth(root / "a", root / "b");
+  EXPECT_EQ(r.pixels, 16);
+  EXPECT_NEAR(r.median, 100 / 11.0, 1e-4);
+  EXPECT_EQ(CompareWorldDepth(root / "a/1.exr", root / "a/2.exr").within_1, 100);
+  std::filesystem::remove(root / "a/2.exr");
+  EXPECT_THROW(CompareWorldDepth(root / "a", root / "b"), Error);
 }
 
 }  // namespace

@@ -220,6 +220,24 @@ class StagePreviewTest : public testing::Test {
                 middle("target_01_02.png") - middle("target_01_00.png"), 0.7);
   }
 
+  // Five panes of 270 px and gaps of 6: photograph, depth, two layers, eye.
+  static void ExpectAnOverviewOfTheWholeChain() {
+    const Image<Rgb8> overview = ReadSrgb8(Folder() / "overview.png");
+    ASSERT_EQ(overview.height(), 270);
+    const Image<Rgb8> eye = ReadSrgb8(Folder() / "views/eye_01_01.png");
+    const int seen_width = static_cast<int>(std::lround(270.0 * eye.width() / eye.height()));
+    ASSERT_GE(overview.width(), 270 + seen_width);
+    const auto near = [&](Rgb8 a, Rgb8 b) {
+      return std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) < 40;
+    };
+    // The wall's middle left: the same place of the photograph and of the eye's picture.
+    const Image<Rgb8> photo = ReadSrgb8(root_ / "photos/middle.png");
+    EXPECT_TRUE(near(overview(60, 135), photo(53, 120)));
+    EXPECT_TRUE(near(overview(overview.width() - seen_width + 60, 135),
+                     eye(60 * eye.width() / seen_width, 120)));
+    EXPECT_TRUE(near(overview(272, 100), Rgb8{255, 255, 255}));
+  }
+
   static void ExpectOneSelfContainedPage() {
     const std::string html = ReadText(Folder() / "index.html");
     EXPECT_LT(html.size(), 20U << 20U);
@@ -256,6 +274,7 @@ TEST_F(StagePreviewTest, ShowsTheSceneAndTellsHowFarItIsFromTheCapture) {
   ExpectCapturedViewsCompared();
   ExpectWhatThePanelsFilesShow();
   ExpectTheNearCardToMoveAgainstTheEye();
+  ExpectAnOverviewOfTheWholeChain();
   ExpectOneSelfContainedPage();
   ExpectPanelsToDecodeBackToTheirEmitters();
 }
