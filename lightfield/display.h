@@ -43,7 +43,7 @@ struct Display {
   double border_mm = 0;             // w: width over which neighbouring layers' ranges overlap
   // Borders lie this far in front of the middles between modulating planes; 0 is the paper's rule.
   double border_offset_mm = 0;
-  std::vector<Layer> layers;        // by rising position; 0 is at the back
+  std::vector<Layer> layers;  // by rising position; 0 is at the back
 
   int emitter_columns() const { return width_px / binning_px; }
   int emitter_rows() const { return height_px / binning_px; }

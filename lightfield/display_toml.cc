@@ -140,10 +140,9 @@ double DefaultBorder(const std::vector<Layer>& layers) {
 }
 
 Display ToDisplay(const toml::table& document, const std::string& where) {
-  const Reader top(
-      document, where, "the display",
-      {"format_version", "name", "viewing_distance_mm", "shear", "border_mm", "border_offset_mm",
-       "panel", "layer"});
+  const Reader top(document, where, "the display",
+                   {"format_version", "name", "viewing_distance_mm", "shear", "border_mm",
+                    "border_offset_mm", "panel", "layer"});
   const int version = top.Integer("format_version").value_or(kFormatVersion);
   if (version < 1 || version > kFormatVersion) {
     throw UsageError(where, fmt::format("format_version = {} is not known here", version),
@@ -213,7 +212,8 @@ std::string ToToml(const Display& display) {
       "border_offset_mm = {}\n\n"
       "[panel]\nwidth_px = {}\nheight_px = {}\npitch_mm = {}\nbinning_px = {}\n",
       kFormatVersion, Quoted(display.name), display.viewing_distance_mm, display.shear,
-      display.border_mm, display.border_offset_mm, display.width_px, display.height_px, display.pitch_mm, display.binning_px);
+      display.border_mm, display.border_offset_mm, display.width_px, display.height_px,
+      display.pitch_mm, display.binning_px);
   for (const Layer& layer : display.layers) {
     text += fmt::format(
         "\n[[layer]]\nposition_mm = {}\nd0_mm = {}\nmirror_x = {}\n"

@@ -137,7 +137,7 @@ WorldDepthComparison CompareWorldDepth(std::span<const DepthPair> pairs) {
   std::int64_t pixels = 0;
   std::vector<float> errors;
   for (const DepthPair& pair : pairs) {
-    pixels += AddErrors(pair.estimate.depth, pair.truth.depth, errors);
+    pixels += AddErrors(pair.estimate, pair.truth, errors);
   }
   return Summarised(pixels, std::move(errors));
 }
@@ -145,7 +145,7 @@ WorldDepthComparison CompareWorldDepth(std::span<const DepthPair> pairs) {
 WorldDepthComparison CompareWorldDepth(const std::filesystem::path& depth,
                                        const std::filesystem::path& truth) {
   const auto load = [](const std::filesystem::path& a, const std::filesystem::path& b) {
-    return DepthPair{LoadDepthMap(a), LoadDepthMap(b)};
+    return DepthPair{LoadDepth(a), LoadDepth(b)};
   };
   if (!std::filesystem::is_directory(depth)) {
     const DepthPair pair = load(depth, truth);
@@ -158,7 +158,7 @@ WorldDepthComparison CompareWorldDepth(const std::filesystem::path& depth,
     const std::filesystem::path other = truth / entry.path().filename();
     if (entry.path().extension() != ".exr" || !std::filesystem::exists(other)) continue;
     const DepthPair pair = load(entry.path(), other);
-    pixels += AddErrors(pair.estimate.depth, pair.truth.depth, errors);
+    pixels += AddErrors(pair.estimate, pair.truth, errors);
     any = true;
   }
   if (!any) {

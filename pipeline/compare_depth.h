@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <span>
 
-#include "lightfield/depth_map.h"
 #include "lightfield/image.h"
 
 namespace lamella {
@@ -43,7 +42,7 @@ struct WorldDepthComparison {
 // A pixel of a smaller estimate is compared with the truth's pixel at its centre. At infinity only
 // infinity is right. InputError where a pair's shapes differ by more than a rounded pixel.
 struct DepthPair {
-  DepthMap estimate, truth;
+  Image<float> estimate, truth;
 };
 WorldDepthComparison CompareWorldDepth(std::span<const DepthPair> pairs);
 

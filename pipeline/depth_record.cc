@@ -1,5 +1,6 @@
 #include "pipeline/depth_record.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -49,6 +50,17 @@ DepthMap LoadDepthMap(const fs::path& path) {
     }
   }
   return map;
+}
+
+Image<float> LoadDepth(const fs::path& path) {
+  std::vector<Channel> channels = ReadExr(path);
+  Image<float> depth = TakeChannel(channels, kDepthChannel, path);
+  const float* begin = depth.data();
+  if (!std::all_of(begin, begin + depth.size(), [](float z) { return z >= 0; })) {
+    throw InputError(path.string(), "has negative depths or such as are no numbers",
+                     "give depth along the optical axis, 0 where it is unknown");
+  }
+  return depth;
 }
 
 void SavePoints(const fs::path& path, const std::vector<ColoredPoint>& points) {

@@ -15,6 +15,8 @@ namespace lamella {
 void SaveDepthMap(const std::filesystem::path& path, const DepthMap& map);
 // InputError where the file is absent, damaged, or holds what no depth map can hold.
 DepthMap LoadDepthMap(const std::filesystem::path& path);
+// The depth alone, also of an EXR that has no confidence (true depth).
+Image<float> LoadDepth(const std::filesystem::path& path);
 
 struct ColoredPoint {
   Eigen::Vector3d position;  // world

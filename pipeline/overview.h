@@ -1,4 +1,4 @@
-// preview/overview.png: a photograph, its depth, every layer and a simulated eye side by side.
+// preview/overview.jpg: a photograph, its depth, every layer and a simulated eye side by side.
 #pragma once
 
 #include <vector>

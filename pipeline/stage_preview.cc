@@ -30,6 +30,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr int kOverviewQuality = 92;  // of JPEG
+
 // A captured view's eye with what is rendered there directly, before the layers are loaded.
 struct DirectView {
   CapturedEye at;
@@ -133,7 +135,7 @@ void WriteOverview(const Workspace& workspace, const std::filesystem::path& path
   const Image<Rgb8> overview = Overview(
       ReadImage(view.image).span(), LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")),
       layers, record.display, middle.eye, middle.simulated.codes.span());
-  WriteCodes8(path, overview.span());
+  WriteCodes8(path, overview.span(), kOverviewQuality);
 }
 
 std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewResult& result) {
@@ -260,7 +262,7 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   Simulate(layers, record.display, options, result, std::move(direct), set, progress);
   progress.Start("preview: files", 3, "parts");
   WriteViews(run.folder() / "views", result);
-  WriteOverview(workspace, run.folder() / "overview.png", reference, record, layers, result);
+  WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, layers, result);
   progress.Advance();
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
   const StageReport report = ReportOf(record, result, options);

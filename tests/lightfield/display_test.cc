@@ -83,7 +83,8 @@ TEST(DisplayToml, ReadsBackWhatItWrote) {
 
 TEST(DisplayToml, TakesAFifthOfTheSpacingAsBorderWhereNoneIsGiven) {
   EXPECT_DOUBLE_EQ(ParseDisplay(Replaced(kToml, "border_mm = 4", ""), "d.toml").border_mm, 4);
-  EXPECT_DOUBLE_EQ(ParseDisplay(Replaced(kToml, "border_mm", "border_offset_mm"), "d.toml").border_offset_mm, 4);
+  EXPECT_DOUBLE_EQ(
+      ParseDisplay(Replaced(kToml, "border_mm", "border_offset_mm"), "d.toml").border_offset_mm, 4);
 }
 
 TEST(DisplayToml, OffersTheNearestKeyForAnUnknownOne) {

@@ -9,6 +9,7 @@
 
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
+#include "lightfield/image_io.h"
 #include "pipeline/depth_record.h"
 #include "pipeline/poses_record.h"
 #include "tests/depth/synthetic.h"
@@ -85,16 +86,16 @@ TEST(CompareDepth, TakesTheGridsNumbersFromTheWorkspace) {
   EXPECT_LT(r.mse_x100, 1e-6);
 }
 
-DepthMap Depths(int width, int height, float depth) {
-  return {Image<float>(width, height, depth), Image<float>(width, height, 1.0F)};
-}
+Image<float> Depths(int width, int height, float depth) { return {width, height, depth}; }
+
+DepthMap Sure(float depth) { return {Depths(4, 4, depth), Depths(4, 4, 1)}; }
 
 TEST(CompareWorldDepth, CountsRelativeErrorsOfKnownPixels) {
   DepthPair pair{Depths(4, 2, 10), Depths(4, 2, 10)};
-  pair.estimate.depth(0, 0) = 0;      // unknown
-  pair.estimate.depth(1, 0) = 10.5F;  // 5 %
-  pair.truth.depth(2, 0) = 0;         // not compared
-  pair.truth.depth(3, 0) = std::numeric_limits<float>::infinity();
+  pair.estimate(0, 0) = 0;      // unknown
+  pair.estimate(1, 0) = 10.5F;  // 5 %
+  pair.truth(2, 0) = 0;         // not compared
+  pair.truth(3, 0) = std::numeric_limits<float>::infinity();
   const WorldDepthComparison r = CompareWorldDepth(std::span(&pair, 1));
   EXPECT_EQ(r.pixels, 7);
   EXPECT_EQ(r.known, 6);
@@ -106,8 +107,8 @@ TEST(CompareWorldDepth, CountsRelativeErrorsOfKnownPixels) {
 
 TEST(CompareWorldDepth, TakesASmallerEstimateAtItsPixelsCentres) {
   DepthPair pair{Depths(2, 1, 10), Depths(6, 3, 99)};
-  pair.truth.depth(1, 1) = 10;
-  pair.truth.depth(4, 1) = 10;
+  pair.truth(1, 1) = 10;
+  pair.truth(4, 1) = 10;
   EXPECT_EQ(CompareWorldDepth(std::span(&pair, 1)).p90, 0);
   pair.truth = Depths(3, 6, 10);
   EXPECT_THROW(CompareWorldDepth(std::span(&pair, 1)), Error);
@@ -116,9 +117,11 @@ TEST(CompareWorldDepth, TakesASmallerEstimateAtItsPixelsCentres) {
 TEST(CompareWorldDepth, MatchesTheFilesOfTwoFoldersByName) {
   const std::filesystem::path root = ScratchFolder();
   for (const char* name : {"a", "b"}) CreateFolder(root / name);
-  SaveDepthMap(root / "a/1.exr", Depths(4, 4, 2));
-  SaveDepthMap(root / "a/2.exr", Depths(4, 4, 2));
-  SaveDepthMap(root / "b/2.exr", Depths(4, 4, 2.2F));
+  SaveDepthMap(root / "a/1.exr", Sure(2));
+  SaveDepthMap(root / "a/2.exr", Sure(2));
+  std::vector<Channel> truth;
+  truth.push_back({"Z", Depths(4, 4, 2.2F)});
+  WriteExr(root / "b/2.exr", truth, ExrType::kFloat);
   const WorldDepthComparison r = CompareWorldDepth(root / "a", root / "b");
   EXPECT_EQ(r.pixels, 16);
   EXPECT_NEAR(r.median, 100 / 11.0, 1e-4);

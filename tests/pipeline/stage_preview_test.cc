@@ -222,7 +222,7 @@ class StagePreviewTest : public testing::Test {
 
   // Five panes of 270 px and gaps of 6: photograph, depth, two layers, eye.
   static void ExpectAnOverviewOfTheWholeChain() {
-    const Image<Rgb8> overview = ReadSrgb8(Folder() / "overview.png");
+    const Image<Rgb8> overview = ReadSrgb8(Folder() / "overview.jpg");
     ASSERT_EQ(overview.height(), 270);
     const Image<Rgb8> eye = ReadSrgb8(Folder() / "views/eye_01_01.png");
     const int seen_width = static_cast<int>(std::lround(270.0 * eye.width() / eye.height()));
