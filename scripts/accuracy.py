@@ -1,0 +1,342 @@
+#!/usr/bin/env python3
+"""Runs the measurements of docs/accuracy.md and writes the page; see scripts/accuracy.sh.
+
+A measurement is a few commands of the program. Its figures are kept in WORK/NAME.json and taken from
+there the next time; its workspace goes as soon as they are.
+"""
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+QUALITIES = ("draft", "balanced", "best")
+STAGES = ("capture", "poses", "depth", "layers", "frames", "preview")
+PITCH_MM = 0.3113158871666749
+STEP_MM = 27.15  # between the eyes of neighbouring cameras of hci_antinous, with the placement below
+PLACEMENT = ("--disparity-range", "2.689,-3.131", "--depth-budget", "20", "--mm-per-view-px", str(PITCH_MM),
+             "--preview-positions", "5", "--preview-eye-box-mm", str(2 * STEP_MM))
+SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
+
+
+class Bench:
+    """Runs the program and keeps the figures."""
+
+    def __init__(self, program, data, work):
+        self.program, self.data, self.work = program, data, work
+        work.mkdir(parents=True, exist_ok=True)
+
+    def run(self, *words):
+        """Standard output of `lamella WORDS`, with wall time and peak memory of the process."""
+        command = [str(self.program), *map(str, words), "--quiet"]
+        start = time.monotonic()
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, stdin=subprocess.DEVNULL)
+        out = process.stdout.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        if os.waitstatus_to_exitcode(status) not in (0, 4):
+            sys.exit(f"accuracy: failed: {' '.join(command)}")
+        return out, {"seconds": time.monotonic() - start, "peak_mib": usage.ru_maxrss / 1024}
+
+    def measure(self, name, take):
+        """take(workspace) gives a dictionary, once."""
+        path = self.work / f"{name}.json"
+        if not path.exists():
+            print(f"accuracy: {name}", file=sys.stderr, flush=True)
+            with tempfile.TemporaryDirectory(dir=self.work) as folder:
+                path.write_text(json.dumps(take(Path(folder) / "W"), indent=1) + "\n")
+        return json.loads(path.read_text())
+
+    def room(self):
+        room = self.work / "room"
+        if not (room / "transforms.json").exists():
+            shutil.rmtree(room, ignore_errors=True)
+            self.run("synth", "scene", "room", "--out", room)
+        return room
+
+
+def stages(workspace):
+    """Seconds, peak memory and summary of every finished stage."""
+    found = {}
+    for stage in STAGES:
+        path = workspace / stage / "stage.json"
+        if path.exists():
+            record = json.loads(path.read_text())
+            found[stage] = {"seconds": record["seconds"], "peak_mib": record["peak_memory_mib"],
+                            "summary": record["summary"]}
+    return found
+
+
+def number(text, name):
+    return float(re.search(re.escape(name) + r" +(-?[\d.]+(?:e[-+]?\d+)?)", text).group(1))
+
+
+# ---- The measurements ----
+
+def poses(bench, photographs, truth, quality):
+    def take(workspace):
+        bench.run("run", photographs, "--workspace", workspace, "--until", "poses", "--quality", quality)
+        out, _ = bench.run("compare", "poses", workspace / "poses/transforms.json", truth)
+        return {"stages": stages(workspace), "rmse": number(out, "centre_rmse"), "max": number(out, "centre_max"),
+                "rotation_deg": number(out, "rotation_mean_deg"), "views": number(out, "views"),
+                "scale": number(out, "scale")}
+    return take
+
+
+def grid_depth(bench, quality, views):
+    """Depth of hci_antinous from all views, or from nine of them; then the other 72 are rendered."""
+    capture = bench.data / "lightfield/hci_antinous"
+
+    def take(workspace):
+        bench.run("run", capture, "--workspace", workspace, "--views", ",".join(views) or "*", "--until", "depth",
+                  "--quality", quality)
+        out, _ = bench.run("compare", "depth", workspace / "depth/input_Cam040.exr", capture / "gt_disp_lowres.pfm")
+        result = {"stages": stages(workspace), "badpix_07": number(out, "badpix_0.07"),
+                  "badpix_03": number(out, "badpix_0.03"), "badpix_01": number(out, "badpix_0.01")}
+        if views:
+            others = ",".join(f"!{name}" for name in views)
+            out, cost = bench.run("views", "--workspace", workspace, "--cameras", capture, "--views", others,
+                                  "--out", workspace / "out", "--border", 15)
+            result["views"] = {**cost, **means(out)}
+        return result
+    return take
+
+
+def means(table):
+    """The last line of `lamella views` or `compare images`: dB and SSIM, of all and of seen pixels."""
+    words = [line for line in table.splitlines() if line.startswith("mean")][-1].split()
+    psnr, ssim, seen, seen_psnr, seen_ssim = map(float, words[1:6])
+    return {"psnr": psnr, "ssim": ssim, "seen": seen, "seen_psnr": seen_psnr, "seen_ssim": seen_ssim,
+            "count": sum(1 for line in table.splitlines() if line) - 2}
+
+
+def left_out(bench, quality):
+    """fountain-P11 with known cameras, view 0005 rendered from the others at 1536 px."""
+    root = bench.data / "handheld_gt/fountain-P11"
+
+    def take(workspace):
+        bench.run("run", root / "images", "--workspace", workspace, "--cameras", root / "gt_dense_cameras",
+                  "--views", "!0005", "--until", "depth", "--quality", quality)
+        out, cost = bench.run("views", "--workspace", workspace, "--cameras", root / "gt_dense_cameras",
+                              "--images", root / "images", "--views", "0005", "--size", 1536,
+                              "--out", workspace / "out")
+        return {"stages": stages(workspace), "views": {**cost, **means(out)}}
+    return take
+
+
+def room_depth(bench, quality):
+    """The generated capture with its exact cameras: depth of all 14 views against the truth."""
+    room = bench.room()
+
+    def take(workspace):
+        bench.run("run", room / "images", "--workspace", workspace, "--cameras", room / "transforms.json",
+                  "--until", "depth", "--quality", quality)
+        out, _ = bench.run("compare", "depth", workspace / "depth", room / "depth")
+        of_known, of_all = re.search(r"within_1_percent ([\d.]+) % of known, ([\d.]+) % of all", out).groups()
+        return {"stages": stages(workspace), "known": number(out, "known"), "median": number(out, "error_median"),
+                "p90": number(out, "error_p90"), "within_1": float(of_known), "within_1_of_all": float(of_all)}
+    return take
+
+
+def chain(bench, capture, display, quality, *options):
+    """All stages; what the simulated eyes are worth."""
+    def take(workspace):
+        _, cost = bench.run("run", capture, "--workspace", workspace, "--display", display, "--quality", quality,
+                            *options)
+        metrics = json.loads((workspace / "preview/metrics.json").read_text())
+        return {"stages": stages(workspace), "run": cost, "mean": metrics["mean"],
+                "captured": metrics["captured_views"], "page_mib": (workspace / "preview/index.html").stat().st_size / 2**20}
+    return take
+
+
+def take_all(bench):
+    fountain = bench.data / "handheld_gt/fountain-P11"
+    antinous = bench.data / "lightfield/hci_antinous"
+    results = {}
+    for q in QUALITIES:
+        room = bench.room()
+        for name, take in (
+                ("fountain_poses", poses(bench, fountain / "images", fountain / "gt_dense_cameras", q)),
+                ("room_poses", poses(bench, room / "images", room / "transforms.json", q)),
+                ("antinous_depth", grid_depth(bench, q, [])),
+                ("antinous_views", grid_depth(bench, q, SUBSET)),
+                ("fountain_views", left_out(bench, q)),
+                ("room_depth", room_depth(bench, q)),
+                ("antinous_chain", chain(bench, antinous, "paper-two-layer", q, *PLACEMENT)),
+                ("room_chain", chain(bench, room / "images", "paper-two-layer", q))):
+            results[name, q] = bench.measure(f"{name}_{q}", take)
+    results["antinous_one"] = bench.measure("antinous_one", chain(bench, antinous, "paper-one-layer", "balanced",
+                                                                  *PLACEMENT))
+    results["sceaux"] = bench.measure("sceaux", chain(bench, bench.data / "handheld/sceaux_castle/images",
+                                                      "paper-two-layer", "balanced"))
+    return results
+
+
+# ---- The page ----
+
+def table(heads, rows):
+    lines = ["| " + " | ".join(heads) + " |", "|" + " --- |" * len(heads)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def cost(of):
+    return [f"{of['seconds']:.0f} s" if of["seconds"] >= 9.5 else f"{of['seconds']:.1f} s", f"{of['peak_mib']:.0f} MiB"]
+
+
+def stage_rows(result):
+    return [[stage, *cost(record)] for stage, record in result["stages"].items()]
+
+
+def eyes(result, key):
+    """Mean over the captured views that stand at the eyes of the centre row, sRGB dB."""
+    row = [v for v in result["captured"] if abs(v["position_mm"][1]) < 0.1]
+    values = [v[key]["psnr_srgb_db"] for v in row]
+    return sum(values) / len(values) if None not in values else float("inf")
+
+
+def by_quality(results, name, heads, figures, costs):
+    rows = [[q, *figures(results[name, q]), *costs(results[name, q])] for q in QUALITIES]
+    return table(["quality", *heads, "time", "peak memory"], rows)
+
+
+def page(results):
+    cores = len(os.sched_getaffinity(0))
+    of_stage = lambda stage: lambda r: cost(r["stages"][stage])
+    text = f"""# Accuracy against time and memory
+
+Written by `scripts/accuracy.sh`, not by hand: {cores} cores, no GPU, release build. Times are wall times of one run
+each, so they are good to a tenth or so. PSNR is of 8-bit sRGB codes. The captures: *fountain* (fountain-P11, Strecha
+et al. 2008, 11 photographs of 3072x2048), *sceaux* (11 photographs of 2832x2128), *antinous* (HCI 4D light field
+benchmark, 9x9 views of 512x512), *room* (`lamella synth scene room`: 14 photographs of 960x720, exact truth).
+
+## Poses of photographs
+
+`lamella run PHOTOGRAPHS --until poses`, then `lamella compare poses`: camera centres after the best similarity.
+
+Fountain, against surveyed poses (mm):
+
+"""
+    text += by_quality(results, "fountain_poses", ["registered", "RMSE", "largest", "rotation"], lambda r: [
+        f"{r['views']:.0f} of 11", f"{1000 * r['rmse']:.2f} mm", f"{1000 * r['max']:.2f} mm", f"{r['rotation_deg']:.3f}°"],
+        of_stage("poses"))
+    text += "\n\nRoom, against exact poses (in the photographs' world, where the things are 2 to 5 away):\n\n"
+    text += by_quality(results, "room_poses", ["registered", "RMSE", "largest", "rotation"], lambda r: [
+        f"{r['views']:.0f} of 14", f"{r['rmse']:.5f}", f"{r['max']:.5f}", f"{r['rotation_deg']:.3f}°"],
+        of_stage("poses"))
+    text += """
+
+## Depth
+
+Antinous, all 81 views; the centre view by the benchmark's rule (share of pixels that are off by more than so many
+pixels of disparity, 15 px border). Time and memory are of all 81 maps:
+
+"""
+    text += by_quality(results, "antinous_depth", ["BadPix(0.07)", "BadPix(0.03)", "BadPix(0.01)"], lambda r: [
+        f"{r['badpix_07']:.2f} %", f"{r['badpix_03']:.2f} %", f"{r['badpix_01']:.2f} %"], of_stage("depth"))
+    text += """
+
+Room with its exact cameras, all 14 views against exact depth; errors are relative to the depth. Unknown pixels are
+those that other views do not confirm; the last share counts them as wrong:
+
+"""
+    text += by_quality(results, "room_depth", ["known", "median error", "90 % below", "within 1 %", "of all pixels"],
+                       lambda r: [f"{r['known']:.1f} %", f"{r['median']:.3f} %", f"{r['p90']:.2f} %",
+                                  f"{r['within_1']:.1f} %", f"{r['within_1_of_all']:.1f} %"], of_stage("depth"))
+    text += """
+
+## Views that were left out
+
+Antinous from nine of its views (rows and columns 0, 4, 8): the other 72 rendered, 15 px border. The time is of
+rendering them; `depth` says what the nine maps took:
+
+"""
+    text += by_quality(results, "antinous_views", ["BadPix(0.07)", "PSNR", "SSIM", "depth"], lambda r: [
+        f"{r['badpix_07']:.2f} %", f"{r['views']['psnr']:.2f} dB", f"{r['views']['ssim']:.4f}",
+        cost(r["stages"]["depth"])[0]], lambda r: cost(r["views"]))
+    text += """
+
+Fountain with its surveyed cameras and without view 0005, which is then rendered at 1536x1024. *Seen*: pixels
+that at least one photograph saw; the others carry a plausible guess. Time and memory are of the ten depth maps:
+
+"""
+    text += by_quality(results, "fountain_views", ["PSNR of seen", "SSIM of seen", "seen", "PSNR of all"], lambda r: [
+        f"{r['views']['seen_psnr']:.2f} dB", f"{r['views']['seen_ssim']:.3f}", f"{r['views']['seen']:.1f} %",
+        f"{r['views']['psnr']:.2f} dB"], of_stage("depth"))
+    text += """
+
+## The whole chain
+
+Antinous, 81 views, on `paper-two-layer`: disparities -3.131 to 2.689 on ±20 mm, one view pixel one panel pixel on
+z = 0, so that neighbouring cameras are eyes 27.15 mm apart. Means over the eyes at 0, ±27.15 and ±54.3 mm, border
+24 px. *Direct* is the capture rendered at the eye without a display; the captured views there are among its inputs.
+Time and memory are of `lamella run`, all stages, the full panel of 1920x1080:
+
+"""
+    figures = lambda r: [f"{eyes(r, 'simulated_to_direct'):.2f} dB", f"{eyes(r, 'simulated_to_captured'):.2f} dB",
+                         f"{eyes(r, 'direct_to_captured'):.2f} dB"]
+    rows = [["two layers, " + q, *figures(results["antinous_chain", q]), *cost(results["antinous_chain", q]["run"])]
+            for q in QUALITIES]
+    rows.append(["one layer, balanced", *figures(results["antinous_one"]), *cost(results["antinous_one"]["run"])])
+    text += table(["display and quality", "eye against direct", "eye against captured", "direct against captured",
+                   "time", "peak memory"], rows)
+    text += "\n\nRoom, photographs to page; eyes against direct rendering, mean of 7x7 within ±54.3 mm, seen pixels:\n\n"
+    text += by_quality(results, "room_chain", ["PSNR", "SSIM", "seen"], lambda r: [
+        f"{r['mean']['psnr_srgb_seen_db']:.2f} dB", f"{r['mean']['ssim_seen']:.3f}", f"{100 * r['mean']['seen']:.1f} %"],
+        lambda r: cost(r["run"]))
+    sceaux = results["sceaux"]
+    text += f"""
+
+Sceaux, photographs to page, balanced: {sceaux['stages']['poses']['summary']['registered']} registered,
+{100 * sceaux['mean']['seen']:.1f} % of the eyes' pictures seen (sky and lawn have no texture, so no depth), of these
+{sceaux['mean']['psnr_srgb_seen_db']:.1f} dB against direct rendering; the page has {sceaux['page_mib']:.1f} MiB.
+
+## Time and peak memory of every stage
+
+`balanced`. A stage's peak is that of the whole process (COLMAP's, where that is larger) while it runs.
+
+"""
+    for title, key in (("Sceaux", "sceaux"), ("Antinous, 81 views", ("antinous_chain", "balanced")),
+                       ("Room", ("room_chain", "balanced"))):
+        text += f"{title}:\n\n" + table(["stage", "time", "peak memory"], stage_rows(results[key])) + "\n\n"
+    return text.rstrip() + "\n"
+
+
+def summary(results):
+    """README's table, balanced."""
+    poses_, depth, views = (results[n, "balanced"] for n in ("fountain_poses", "antinous_depth", "antinous_views"))
+    fountain, eye, room = (results[n, "balanced"] for n in ("fountain_views", "antinous_chain", "room_chain"))
+    rows = [
+        ["camera positions, fountain-P11, 11 photographs", f"{1000 * poses_['rmse']:.1f} mm RMSE", *cost(poses_["stages"]["poses"])],
+        ["depth, HCI antinous, 81 views", f"{depth['badpix_07']:.2f} % of pixels off by more than 0.07 px",
+         *cost(depth["stages"]["depth"])],
+        ["72 views from 9, HCI antinous", f"{views['views']['psnr']:.1f} dB", *cost(views["views"])],
+        ["a photograph left out, fountain-P11", f"{fountain['views']['seen_psnr']:.1f} dB of what others saw, "
+         f"{fountain['views']['psnr']:.1f} dB of all", *cost(fountain["views"])],
+        ["an eye in front of two layers, HCI antinous, ±20 mm", f"{eyes(eye, 'simulated_to_captured'):.1f} dB against the "
+         f"captured view ({eyes(results['antinous_one'], 'simulated_to_captured'):.1f} dB with one layer)", *cost(eye["run"])],
+        ["from 14 photographs to the page, generated room", f"{room['mean']['psnr_srgb_seen_db']:.1f} dB", *cost(room["run"])],
+    ]
+    return table(["what, `--quality balanced`", "accuracy", "time, 2 cores", "peak memory"], rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    for name in ("program", "data", "work", "page", "readme"):
+        parser.add_argument(f"--{name}", type=Path, required=True)
+    arguments = parser.parse_args()
+    results = take_all(Bench(arguments.program.resolve(), arguments.data.resolve(), arguments.work.resolve()))
+    arguments.page.write_text(page(results))
+    start, end = "<!-- accuracy: by scripts/accuracy.sh -->\n", "<!-- accuracy ends -->"
+    text = arguments.readme.read_text()
+    if start in text:
+        before, rest = text.split(start)
+        arguments.readme.write_text(before + start + summary(results) + "\n" + end + rest.split(end)[1])
+    print(f"accuracy: wrote {arguments.page}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Measures what lamella reaches and what it costs, with commands anyone can run, and writes
+# docs/accuracy.md and the table in README.md. Takes about half an hour on two idle cores.
+#
+#   scripts/accuracy.sh [--fresh]
+#
+# Needs the real captures in LAMELLA_DATA (or ../shared/data beside the checkout); the generated
+# capture is made on the way. Measurements that are there already (work/accuracy/) are kept; --fresh
+# takes all of them anew, as a change of the program's code asks for.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+fresh=false
+while (($#)); do
+  case "$1" in
+    --fresh) fresh=true; shift ;;
+    *) echo "accuracy: unknown argument $1; usage: scripts/accuracy.sh [--fresh]" >&2; exit 2 ;;
+  esac
+done
+
+data=${LAMELLA_DATA:-../shared/data}
+if [[ ! -d "$data" ]]; then
+  echo "accuracy: $data does not exist; set LAMELLA_DATA to the folder of captures" >&2
+  exit 3
+fi
+
+scripts/setup.sh
+cmake --preset release --log-level=WARNING
+cmake --build --preset release --target lamella
+$fresh && rm -rf work/accuracy
+exec python3 scripts/accuracy.py --program build/release/lamella --data "$data" \
+  --work work/accuracy --page docs/accuracy.md --readme README.md
