@@ -22,7 +22,8 @@ OptionTable Describe(DepthOptions& o) {
       {
           {"median_radius", "of the colour-weighted median of labels, px; 0: none",
            &o.median_radius, 0, 5},
-          {"fusion_passes", "times that the views' maps are made to agree", &o.fusion_passes, 0, 4},
+          {"fusion_passes", "camera grids: times that the views' maps are made to agree",
+           &o.fusion_passes, 0, 4},
           {"grid_reach", "camera grids: sources are at most so many steps away", &o.grid_reach, 1,
            64},
           {"grid_views_per_side", "camera grids: sources on each side of a view",
@@ -46,6 +47,9 @@ OptionTable Describe(DepthOptions& o) {
            "photographs: angle between the lines of sight of a view and its sources, at most "
            "(the two best are taken in any case)",
            &o.sweep_angle_deg, 0.1, 90},
+          {"check_passes",
+           "photographs: times that the views' maps are checked against each other and averaged",
+           &o.check_passes, 1, 4},
           {"check_views", "photographs: neighbours whose maps a pixel is checked against, at most",
            &o.check_views, 1, 32},
           {"check_agreeing",
@@ -68,13 +72,13 @@ void ApplyQuality(Quality quality, DepthOptions& o) {
   o.sweep_labels = draft ? 128 : 256;
   o.sweep_step_px = draft ? 2.0 : best ? 1.4 : 1.6;
   o.sweep_sources = draft ? 2 : 4;
+  o.check_passes = draft ? 1 : best ? 3 : 2;
   o.check_views = draft ? 4 : 6;
-  o.check_agreeing = draft ? 1 : 2;
   o.check_tolerance = draft ? 0.02 : 0.01;
 }
 
 int NumDepthPasses(const ViewSet& set, const DepthOptions& options) {
-  return 1 + (FindRegularGrid(set.views) ? options.fusion_passes : 1);
+  return 1 + (FindRegularGrid(set.views) ? options.fusion_passes : options.check_passes);
 }
 
 DepthReport EstimateDepth(const ViewSet& set, const DepthOptions& options, DepthStore& store,

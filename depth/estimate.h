@@ -22,9 +22,9 @@ namespace lamella {
 // The presets are sets of these: ApplyQuality.
 struct DepthOptions {
   int median_radius = 3;  // px
-  int fusion_passes = 1;
 
   // Camera grids.
+  int fusion_passes = 1;
   int grid_reach = 4;
   int grid_views_per_side = 4;
   bool grid_color = true;
@@ -37,8 +37,9 @@ struct DepthOptions {
   double sweep_step_px = 1.6;
   int sweep_sources = 4;
   double sweep_angle_deg = 15;
+  int check_passes = 2;
   int check_views = 6;
-  int check_agreeing = 2;
+  int check_agreeing = 1;
   double check_tolerance = 0.01;
 };
 

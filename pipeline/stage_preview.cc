@@ -153,7 +153,7 @@ std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewRes
   const double seen = MeansOf(result).seen;
   if (seen < 0.9) {
     warnings.push_back(fmt::format(
-        "{:.0f} % of the eyes' pictures were seen by no captured view: the display is black there",
+        "for {:.0f} % of the eyes' pictures the capture has no depth: the display is black there",
         100 * (1 - seen)));
   }
   return warnings;
