@@ -68,12 +68,13 @@ void ApplyQuality(Quality quality, DepthOptions& o) {
   o.grid_views_per_side = draft ? 2 : 4;
   o.grid_color = !draft;
   o.grid_step_px = draft ? 0.4 : 0.26;
-  o.sweep_size_px = draft ? 768 : best ? 2048 : 1536;
+  o.sweep_size_px = draft ? 768 : 1536;
   o.sweep_labels = draft ? 128 : 256;
-  o.sweep_step_px = draft ? 2.0 : best ? 1.4 : 1.6;
-  o.sweep_sources = draft ? 2 : 4;
+  o.sweep_step_px = draft ? 2.0 : 2.4;
+  o.sweep_sources = draft ? 2 : best ? 6 : 4;
   o.check_passes = draft ? 1 : best ? 3 : 2;
-  o.check_views = draft ? 4 : 6;
+  o.check_views = draft ? 4 : best ? 8 : 6;
+  o.check_agreeing = draft ? 1 : 2;
   o.check_tolerance = draft ? 0.02 : 0.01;
 }
 

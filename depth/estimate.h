@@ -34,12 +34,12 @@ struct DepthOptions {
   // Photographs.
   int sweep_size_px = 1536;
   int sweep_labels = 256;
-  double sweep_step_px = 1.6;
+  double sweep_step_px = 2.4;
   int sweep_sources = 4;
   double sweep_angle_deg = 15;
   int check_passes = 2;
   int check_views = 6;
-  int check_agreeing = 1;
+  int check_agreeing = 2;
   double check_tolerance = 0.01;
 };
 

@@ -43,7 +43,7 @@ PictureMap MapPictures(const Camera& from, const Rigid& from_from_world, const C
 
 struct SweepOptions {
   int labels = 256;      // at most
-  double step_px = 1.6;  // between labels in the widest source, where the labels suffice
+  double step_px = 2.4;  // between labels in the widest source, where the labels suffice
   int median_radius = 3;
 };
 

@@ -25,7 +25,7 @@ using Numbers = std::vector<double>;
 // A display of one layer, wide enough for every case.
 Display OneLayer(double pitch, double d0, Barrier barrier = {1, 1, 1}, double position = 0,
                  int width = 1920) {
-  Display display{"vector", width, 1080, pitch, 1, 1e4, false, 0, {}};
+  Display display{"vector", width, 1080, pitch, 1, 1e4, false, 0, 0, {}};
   display.layers = {{position, d0, barrier, false}};
   return display;
 }

@@ -10,7 +10,7 @@ namespace lamella {
 namespace {
 
 Display OneLayer(int width, int height, Barrier barrier, bool shear, double position = 10) {
-  Display display{"one", width, height, 0.3113158871666749, 1, 600, shear, 0, {}};
+  Display display{"one", width, height, 0.3113158871666749, 1, 600, shear, 0, 0, {}};
   display.layers = {{position, 5, barrier, false}};
   return display;
 }
