@@ -70,7 +70,8 @@ class ViewRanking {
               double neighbour);
 
   // The views in front of which the points (u, v, n) for the given n lie, best first, at most
-  // `count`.
+  // `count`. Of views that are farther from the ray than `count` good ones none is looked at, so a
+  // finer close-up far aside is not weighed.
   std::vector<Sight> Best(double u, double v, const std::array<double, 3>& nearness,
                           int count) const;
 

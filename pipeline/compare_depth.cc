@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string>
 
@@ -78,6 +79,18 @@ WorldDepthComparison Summarised(std::int64_t pixels, std::vector<float> errors) 
   return result;
 }
 
+// Sorted.
+std::vector<std::string> ExrNames(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".exr") names.push_back(entry.path().filename().string());
+  }
+  if (error) throw InputError(folder.string(), error.message(), "give a folder of depth maps");
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 }  // namespace
 
 DepthComparison CompareDisparity(ImageSpan<const float> disparity, ImageSpan<const float> truth,
@@ -139,7 +152,9 @@ WorldDepthComparison CompareWorldDepth(std::span<const DepthPair> pairs) {
   for (const DepthPair& pair : pairs) {
     pixels += AddErrors(pair.estimate, pair.truth, errors);
   }
-  return Summarised(pixels, std::move(errors));
+  WorldDepthComparison result = Summarised(pixels, std::move(errors));
+  result.maps = static_cast<int>(pairs.size());
+  return result;
 }
 
 WorldDepthComparison CompareWorldDepth(const std::filesystem::path& depth,
@@ -151,21 +166,29 @@ WorldDepthComparison CompareWorldDepth(const std::filesystem::path& depth,
     const DepthPair pair = load(depth, truth);
     return CompareWorldDepth(std::span(&pair, 1));
   }
-  std::int64_t pixels = 0;
-  std::vector<float> errors;
-  bool any = false;
-  for (const auto& entry : std::filesystem::directory_iterator(depth)) {
-    const std::filesystem::path other = truth / entry.path().filename();
-    if (entry.path().extension() != ".exr" || !std::filesystem::exists(other)) continue;
-    const DepthPair pair = load(entry.path(), other);
-    pixels += AddErrors(pair.estimate, pair.truth, errors);
-    any = true;
-  }
-  if (!any) {
+  const std::vector<std::string> estimates = ExrNames(depth), truths = ExrNames(truth);
+  std::vector<std::string> both, only_estimate, only_truth;
+  std::set_intersection(estimates.begin(), estimates.end(), truths.begin(), truths.end(),
+                        std::back_inserter(both));
+  std::set_difference(estimates.begin(), estimates.end(), truths.begin(), truths.end(),
+                      std::back_inserter(only_estimate));
+  std::set_difference(truths.begin(), truths.end(), estimates.begin(), estimates.end(),
+                      std::back_inserter(only_truth));
+  if (both.empty()) {
     throw InputError(depth.string(), fmt::format("has no EXR of a name in {}", truth.string()),
                      "give two folders of depth maps of the same views");
   }
-  return Summarised(pixels, std::move(errors));
+  std::int64_t pixels = 0;
+  std::vector<float> errors;
+  for (const std::string& name : both) {
+    const DepthPair pair = load(depth / name, truth / name);
+    pixels += AddErrors(pair.estimate, pair.truth, errors);
+  }
+  WorldDepthComparison result = Summarised(pixels, std::move(errors));
+  result.maps = static_cast<int>(both.size());
+  result.only_estimate = std::move(only_estimate);
+  result.only_truth = std::move(only_truth);
+  return result;
 }
 
 }  // namespace lamella

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "lightfield/image.h"
 
@@ -32,9 +34,11 @@ DepthComparison CompareDepth(const std::filesystem::path& depth,
 
 // Errors are relative, |Z - truth| / truth, in per cent; both are in the truth's world.
 struct WorldDepthComparison {
-  std::int64_t pixels = 0;     // of the estimates, where the truth is known
-  std::int64_t known = 0;      // of these, with an estimate
-  double median = 0, p90 = 0;  // of the known ones' errors
+  int maps = 0;
+  std::vector<std::string> only_estimate, only_truth;  // names of files without a partner
+  std::int64_t pixels = 0;                             // of the estimates, where the truth is known
+  std::int64_t known = 0;                              // of these, with an estimate
+  double median = 0, p90 = 0;                          // of the known ones' errors
   double within_1 = 0;         // per cent of the known ones whose error is at most 1 %
   double within_1_of_all = 0;  // the same of all: what is unknown counts against it
 };

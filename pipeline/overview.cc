@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "depth/resize_area.h"
@@ -12,11 +13,15 @@ namespace lamella {
 namespace {
 
 constexpr int kHeight = 270, kGap = 6;  // px
+constexpr int kWidest = 2;              // heights; of a wider picture the middle is shown
 
 Image<Rgb> AsPane(ImageSpan<const Rgb> picture) {
-  const int width = std::max(
-      1L, std::lround(static_cast<double>(picture.width) * kHeight / std::max(1, picture.height)));
-  return ResizeArea(picture, width, kHeight);
+  const int shown = static_cast<int>(
+      std::min<std::int64_t>(picture.width, std::int64_t{kWidest} * picture.height));
+  const ImageSpan<const Rgb> middle =
+      picture.Sub({(picture.width - shown) / 2, 0, shown, picture.height});
+  const double width = static_cast<double>(shown) * kHeight / picture.height;
+  return ResizeArea(middle, std::max(1, static_cast<int>(std::lround(width))), kHeight);
 }
 
 // The part of a panel that lies behind the eye's picture; all of it where that is none.

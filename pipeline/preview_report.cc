@@ -63,11 +63,6 @@ Json ToJson(const CapturedResult& captured) {
           {"simulated_to_direct", ToJson(captured.simulated_to_direct)}};
 }
 
-std::string Decibels(const std::optional<double>& value) {
-  if (!value) return "no pixels";
-  return std::isfinite(*value) ? fmt::format("{:.1f}", *value) : "equal";
-}
-
 std::string Millimetres(double value) { return fmt::format("{:+.1f}", value + 0.0); }
 
 // ---- Pictures ----
@@ -106,8 +101,8 @@ void AddEyes(const PreviewResult& result, PreviewPage& page) {
   for (std::size_t i = 0; i < result.grid.size(); ++i) {
     const EyeResult& eye = result.grid[i];
     page.eyes.push_back({std::move(uris[2 * i]), std::move(uris[2 * i + 1]),
-                         eye.metrics.psnr_seen_db, eye.metrics.ssim_seen.value_or(0),
-                         MeanShare(eye.simulated), MeanShare(eye.target)});
+                         eye.metrics.psnr_seen_db, eye.metrics.ssim_seen, MeanShare(eye.simulated),
+                         MeanShare(eye.target)});
   }
 }
 
@@ -234,9 +229,9 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
                     {"Eye, mm", "PSNR, dB (sRGB)", "of all pixels", "SSIM"},
                     {}};
     for (const EyeResult& eye : result.further) {
-      table.rows.push_back({position(eye.eye), Decibels(eye.metrics.psnr_seen_db),
-                            Decibels(eye.metrics.psnr_db),
-                            fmt::format("{:.3f}", eye.metrics.ssim_seen.value_or(0))});
+      table.rows.push_back(
+          {position(eye.eye), Decibels(eye.metrics.psnr_seen_db), Decibels(eye.metrics.psnr_db),
+           eye.metrics.ssim_seen ? fmt::format("{:.3f}", *eye.metrics.ssim_seen) : "-"});
     }
     page.tables.push_back(std::move(table));
   }
@@ -256,23 +251,31 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
 
 }  // namespace
 
+std::string Decibels(const std::optional<double>& value) {
+  if (!value) return "no pixels";
+  return std::isfinite(*value) ? fmt::format("{:.1f}", *value) : "equal";
+}
+
 GridMeans MeansOf(const PreviewResult& result) {
   GridMeans means;
-  means.worst_psnr_seen_db = std::numeric_limits<double>::infinity();
-  double finite = 0;
+  double psnr = 0, ssim = 0, num_psnr = 0, num_ssim = 0;
   const double n = static_cast<double>(result.grid.size());
   for (const EyeResult& eye : result.grid) {
-    const std::optional<double>& psnr = eye.metrics.psnr_seen_db;
-    if (psnr && std::isfinite(*psnr)) {
-      means.psnr_seen_db += *psnr;
-      means.worst_psnr_seen_db = std::min(means.worst_psnr_seen_db, *psnr);
-      ++finite;
+    const std::optional<double>& decibels = eye.metrics.psnr_seen_db;
+    if (decibels && std::isfinite(*decibels)) {
+      psnr += *decibels;
+      ++num_psnr;
+      means.worst_psnr_seen_db = std::min(means.worst_psnr_seen_db.value_or(*decibels), *decibels);
     }
-    means.ssim_seen += eye.metrics.ssim_seen.value_or(0) / n;
+    if (eye.metrics.ssim_seen) {
+      ssim += *eye.metrics.ssim_seen;
+      ++num_ssim;
+    }
     means.known += MeanShare(eye.simulated) / n;
     means.seen += MeanShare(eye.target) / n;
   }
-  means.psnr_seen_db = finite > 0 ? means.psnr_seen_db / finite : means.worst_psnr_seen_db;
+  if (num_psnr > 0) means.psnr_seen_db = psnr / num_psnr;
+  if (num_ssim > 0) means.ssim_seen = ssim / num_ssim;
   return means;
 }
 

@@ -1,6 +1,7 @@
 // What the preview says: metrics.json and the page.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,11 +33,15 @@ struct PreviewResult {
   std::vector<CapturedResult> captured;
 };
 
-// Means over the grid; pictures without an error are left out of a mean of decibels. PSNR and SSIM
+// "35.2", "equal" or "no pixels".
+std::string Decibels(const std::optional<double>& value);
+
+// Means over the grid's eyes that have a figure (equal pictures have none of PSNR). PSNR and SSIM
 // are those of the pixels that both pictures know: where no camera saw anything the display is
 // black and the target a guess.
 struct GridMeans {
-  double psnr_seen_db = 0, worst_psnr_seen_db = 0, ssim_seen = 0, known = 0, seen = 0;
+  std::optional<double> psnr_seen_db, worst_psnr_seen_db, ssim_seen;
+  double known = 0, seen = 0;
 };
 GridMeans MeansOf(const PreviewResult& result);
 

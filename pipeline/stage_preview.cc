@@ -130,8 +130,9 @@ void WriteViews(const std::filesystem::path& folder, const PreviewResult& result
 
 void WriteOverview(const Workspace& workspace, const std::filesystem::path& path, const View& view,
                    const LayersRecord& record, const LayerImages& layers,
-                   const PreviewResult& result) {
-  const EyeResult& middle = result.grid[result.grid.size() / 2];
+                   const PreviewResult& result, int positions) {
+  const std::size_t n = static_cast<std::size_t>(positions), row = n / 2;
+  const EyeResult& middle = result.grid[row * n + row];
   const Image<Rgb8> overview = Overview(
       ReadImage(view.image).span(), LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")),
       layers, record.display, middle.eye, middle.simulated.codes.span());
@@ -166,14 +167,17 @@ StageReport ReportOf(const LayersRecord& record, const PreviewResult& result,
   report.summary = {
       {"eyes", fmt::format("{0} x {0} within +-{1:g} mm", options.positions, options.eye_box_mm)},
       {"mean PSNR of seen pixels against direct rendering (sRGB)",
-       fmt::format("{:.2f} dB, worst {:.2f} dB", means.psnr_seen_db, means.worst_psnr_seen_db)},
-      {"mean SSIM of seen pixels", fmt::format("{:.4f}", means.ssim_seen)},
+       means.psnr_seen_db ? fmt::format("{:.2f} dB, worst {:.2f} dB", *means.psnr_seen_db,
+                                        *means.worst_psnr_seen_db)
+                          : "no figure: no pixel was seen, or all are equal"},
+      {"mean SSIM of seen pixels",
+       means.ssim_seen ? fmt::format("{:.4f}", *means.ssim_seen) : "no pixel was seen"},
       {"seen by the capture", fmt::format("{:.1f} %", 100 * means.seen)}};
   for (const CapturedResult& view : result.captured) {
     report.summary.emplace_back("against captured view " + view.view,
-                                fmt::format("simulated {:.2f} dB, direct {:.2f} dB",
-                                            view.simulated_to_captured.psnr_seen_db.value_or(0),
-                                            view.direct_to_captured.psnr_seen_db.value_or(0)));
+                                fmt::format("simulated {} dB, direct {} dB",
+                                            Decibels(view.simulated_to_captured.psnr_seen_db),
+                                            Decibels(view.direct_to_captured.psnr_seen_db)));
   }
   report.warnings = WarningsOf(record, result);
   return report;
@@ -262,7 +266,8 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   Simulate(layers, record.display, options, result, std::move(direct), set, progress);
   progress.Start("preview: files", 3, "parts");
   WriteViews(run.folder() / "views", result);
-  WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, layers, result);
+  WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, layers, result,
+                options.positions);
   progress.Advance();
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
   const StageReport report = ReportOf(record, result, options);

@@ -34,10 +34,13 @@ ExitCode ComparePosesOf(const Pair& pair) {
 
 ExitCode CompareWorldDepthOf(const Pair& pair) {
   const WorldDepthComparison result = CompareWorldDepth(pair.a, pair.b);
+  for (const std::string& name : result.only_estimate) fmt::print("only in {}: {}\n", pair.a, name);
+  for (const std::string& name : result.only_truth) fmt::print("only in {}: {}\n", pair.b, name);
   fmt::print(
-      "pixels {}  known {:.2f} %  error_median {:.4f} %  error_p90 {:.4f} %  within_1_percent "
+      "maps {}  pixels {}  known {:.2f} %  error_median {:.4f} %  error_p90 {:.4f} %  "
+      "within_1_percent "
       "{:.2f} % of known, {:.2f} % of all\n",
-      result.pixels,
+      result.maps, result.pixels,
       result.pixels > 0
           ? 100.0 * static_cast<double>(result.known) / static_cast<double>(result.pixels)
           : 0.0,

@@ -34,9 +34,11 @@ ExitCode List() {
 void AddDisplays(CLI::App& program, Invocation& invocation) {
   CLI::App& app = *program.add_subcommand(
       "displays", "the displays that the program knows, and checks of your own");
-  app.require_subcommand(1);
-  CLI::App& list = *app.add_subcommand("list", "names and sizes of the presets");
-  list.callback([&invocation] { invocation.action = [](Progress&) { return List(); }; });
+  app.require_subcommand(0, 1);
+  // Alone it lists; a subcommand's callback comes later and takes its place.
+  app.parse_complete_callback(
+      [&invocation] { invocation.action = [](Progress&) { return List(); }; });
+  app.add_subcommand("list", "names and sizes of the presets (also without a subcommand)");
   auto name = std::make_shared<std::string>();
   CLI::App& show =
       *app.add_subcommand("show", "a display as TOML: the start of a file of your own");

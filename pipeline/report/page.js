@@ -11,7 +11,9 @@ function element(tag, properties, ...children) {
   node.append(...children);
   return node;
 }
-const decibels = (value) => (value === null || value === undefined ? 'exact' : value.toFixed(1) + ' dB');
+// An eye's PSNR has no number where the pictures are equal or nothing of them was seen.
+const decibels = (view) => (view.psnr_db !== null ? view.psnr_db.toFixed(1) : view.equal ? 'equal' : 'unseen');
+const similarity = (view) => (view.ssim === null ? '\u2013' : view.ssim.toFixed(3));
 const percent = (share) => (100 * share).toFixed(1) + ' %';
 const millimetres = (value) => (Math.abs(value) < 0.05 ? '0.0' : (value > 0 ? '+' : '\u2212') + Math.abs(value).toFixed(1));
 
@@ -113,7 +115,7 @@ function describe(positions) {
   canvas.setAttribute('aria-label', `${eye.mode} picture, eye ${millimetres(x)} mm right, ${millimetres(y)} mm up`);
   const rows = [
     ['Right', millimetres(x) + ' mm'], ['Up', millimetres(y) + ' mm'], ['Distance', eyes.distance_mm.toFixed(0) + ' mm'],
-    ['PSNR', decibels(view.psnr_db) + ' (sRGB)'], ['SSIM', view.ssim.toFixed(3)],
+    ['PSNR, dB (sRGB)', decibels(view)], ['SSIM', similarity(view)],
     ['Display light known', percent(view.known)], ['Capture saw', percent(view.seen)],
   ];
   byId('readout').replaceChildren(...rows.flatMap(([name, value]) => [
@@ -270,9 +272,11 @@ function showFacts() {
   }
 }
 
-// A cell's ground from red over amber to green between 24 and 42 dB; the text stays dark on it.
-function ground(psnr) {
-  const share = psnr === null ? 1 : Math.min(1, Math.max(0, (psnr - 24) / 18));
+// A cell's ground from red over amber to green between 24 and 42 dB, grey where nothing was seen; the text
+// stays dark on it.
+function ground(view) {
+  if (view.psnr_db === null && !view.equal) return 'hsl(0 0% 78%)';
+  const share = view.equal ? 1 : Math.min(1, Math.max(0, (view.psnr_db - 24) / 18));
   return `hsl(${Math.round(5 + 135 * share)} 60% 78%)`;
 }
 
@@ -284,11 +288,11 @@ function showMetrics() {
   eyes.y_mm.forEach((y, row) => {
     table.append(element('tr', {}, element('th', {textContent: millimetres(y), scope: 'row'}), ...eyes.x_mm.map((x, column) => {
       const view = viewAt({row, column});
-      const cell = element('td', {textContent: view.psnr_db === null ? 'exact' : view.psnr_db.toFixed(1)},
-        element('small', {textContent: view.ssim.toFixed(3)}));
+      const cell = element('td', {textContent: decibels(view)},
+        element('small', {textContent: similarity(view)}));
       cell.dataset.row = row;
       cell.dataset.column = column;
-      cell.style.background = ground(view.psnr_db);
+      cell.style.background = ground(view);
       cell.style.color = '#1a1f27';
       return cell;
     })));

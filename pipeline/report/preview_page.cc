@@ -20,7 +20,8 @@ Json Eyes(const PreviewPage& page) {
     views.push_back({{"simulated", eye.simulated},
                      {"target", eye.target},
                      {"psnr_db", finite ? Json(*eye.psnr_db) : Json()},
-                     {"ssim", eye.ssim},
+                     {"equal", eye.psnr_db && !finite},
+                     {"ssim", eye.ssim ? Json(*eye.ssim) : Json()},
                      {"known", eye.known},
                      {"seen", eye.seen}});
   }

@@ -14,8 +14,7 @@ namespace lamella {
 // Pictures are data URIs (pipeline/report/picture.h).
 struct PageEye {
   std::string simulated, target;
-  std::optional<double> psnr_db;  // of the pixels that both know; nothing: equal pictures
-  double ssim = 0;
+  std::optional<double> psnr_db, ssim;  // of the pixels that both know; nothing: there are none
   double known = 0;  // share of the display's light that comes from known emitters
   double seen = 0;   // share of the target that the capture saw
 };

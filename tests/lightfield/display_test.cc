@@ -135,6 +135,15 @@ TEST(DisplayToml, RefusesWhatIsNotFinite) {
   }
 }
 
+TEST(ParseDisplay, PutsBordersWhereBarriersAreSharpestUnlessTold) {
+  // d0 w_x^2 / (w_x^2 + w_u^2) behind the modulators: 5 mm and 2 emitters give 4 mm, 5 mm and 4
+  // emitters 80/17.
+  EXPECT_DOUBLE_EQ(ParseDisplay(kToml, "d.toml").border_offset_mm, -4);
+  const Display unlike =
+      ParseDisplay(Replaced(kToml, "aperture_px = 2", "aperture_px = 4"), "d.toml");
+  EXPECT_DOUBLE_EQ(unlike.border_offset_mm, -(4 + 80.0 / 17) / 2);
+}
+
 TEST(CheckDisplay, AcceptsSoundDisplays) {
   EXPECT_EQ(Refusal(TwoLayers()), "accepted");
   Display display = TwoLayers();

@@ -123,6 +123,9 @@ TEST(CompareWorldDepth, MatchesTheFilesOfTwoFoldersByName) {
   truth.push_back({"Z", Depths(4, 4, 2.2F)});
   WriteExr(root / "b/2.exr", truth, ExrType::kFloat);
   const WorldDepthComparison r = CompareWorldDepth(root / "a", root / "b");
+  EXPECT_EQ(r.maps, 1);
+  EXPECT_EQ(r.only_estimate, std::vector<std::string>{"1.exr"});
+  EXPECT_TRUE(r.only_truth.empty());
   EXPECT_EQ(r.pixels, 16);
   EXPECT_NEAR(r.median, 100 / 11.0, 1e-4);
   EXPECT_EQ(CompareWorldDepth(root / "a/1.exr", root / "a/2.exr").within_1, 100);

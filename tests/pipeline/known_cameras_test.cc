@@ -233,7 +233,7 @@ TEST(ColmapModel, CutAnywhereIsRefusedOrWholeButNeverACrash) {
 
 std::optional<fs::path> RealData() {
   const char* place = std::getenv("LAMELLA_DATA");
-  return place ? std::optional<fs::path>(place) : std::nullopt;
+  return place && *place != '\0' ? std::optional<fs::path>(place) : std::nullopt;
 }
 
 TEST(RealFiles, OfEveryKnownFormatAreRead) {

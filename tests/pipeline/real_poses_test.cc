@@ -22,7 +22,7 @@ class RealPoses : public testing::Test {
  protected:
   void SetUp() override {
     const char* place = std::getenv("LAMELLA_DATA");
-    if (place == nullptr) GTEST_SKIP() << "LAMELLA_DATA is not set";
+    if (place == nullptr || *place == '\0') GTEST_SKIP() << "LAMELLA_DATA is not set";
     data_ = place;
   }
 

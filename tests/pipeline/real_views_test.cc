@@ -27,7 +27,7 @@ class RealViews : public testing::Test {
  protected:
   void SetUp() override {
     const char* place = std::getenv("LAMELLA_DATA");
-    if (place == nullptr) GTEST_SKIP() << "LAMELLA_DATA is not set";
+    if (place == nullptr || *place == '\0') GTEST_SKIP() << "LAMELLA_DATA is not set";
     grid_ = fs::path(place) / "lightfield" / "hci_antinous";
     scratch_ = ScratchFolder();
     const Workspace workspace(scratch_);

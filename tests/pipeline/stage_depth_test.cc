@@ -122,11 +122,12 @@ TEST(StageDepth, GoesOnFromWhateverAKilledRunHasLeftToTheSameBytes) {
   RunOnce(whole);
   const auto expected = FilesOf(whole);
 
-  // Killed in pass 1: some maps of pass 0 are there, and a file that was not yet whole.
+  // Killed before anything was done.
   const Workspace killed = GridWorkspace(root / "killed");
   { const StageRun run(killed, "depth", "inputs", "options"); }
   RunOnce(killed);
   EXPECT_EQ(FilesOf(killed), expected);
+  // Killed while the last maps were written.
   fs::remove(killed.Stage("depth") / "view105.exr");
   fs::remove(killed.Stage("depth") / "points.ply");
   WriteTextAtomically(killed.Stage("depth") / "view106.partial.exr", "cut");
