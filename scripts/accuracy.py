@@ -295,7 +295,9 @@ Time and memory are of `lamella run`, all stages, the full panel of 1920x1080:
     rows.append(["one layer, balanced", *figures(results["antinous_one"]), *cost_of_run(results["antinous_one"])])
     text += table(["display and quality", "eye against direct", "eye against captured", "direct against captured",
                    "time", "peak memory"], rows)
-    text += "\n\nRoom, photographs to page; eyes against direct rendering, mean of 7x7 within ±54.3 mm, seen pixels:\n\n"
+    text += "\n\nRoom, photographs to page; eyes against direct rendering, mean of 7x7 within ±54.3 mm, seen pixels. The pictures \
+are 640, 960 and 1440 px wide (the panel's own pixels): finer ones ask more of the display, so the rows say what a user \
+sees and not which is nearer to the truth:\n\n"
     text += by_quality(results, "room", ["PSNR", "SSIM", "seen"], lambda r: [
         f"{r['mean']['psnr_srgb_seen_db']:.2f} dB", f"{r['mean']['ssim_seen']:.3f}", f"{100 * r['mean']['seen']:.1f} %"],
         cost_of_run)
