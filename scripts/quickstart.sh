@@ -2,17 +2,20 @@
 # From a clean clone to a picture of what a two-layer display would show: installs what is missing,
 # builds the program, generates a small capture and takes it through all stages.
 #
-#   scripts/quickstart.sh [--preset NAME] [--out DIR]     default: release, work/quickstart
+#   scripts/quickstart.sh [--preset NAME] [--quality NAME] [--out DIR]
+#                         default: release, balanced, work/quickstart
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 preset=release
+quality=balanced
 out=work/quickstart
 while (($#)); do
   case "$1" in
     --preset) preset=$2; shift 2 ;;
+    --quality) quality=$2; shift 2 ;;
     --out) out=$2; shift 2 ;;
-    *) echo "quickstart: unknown argument $1; usage: scripts/quickstart.sh [--preset NAME] [--out DIR]" >&2
+    *) echo "quickstart: unknown argument $1; usage: scripts/quickstart.sh [--preset NAME] [--quality NAME] [--out DIR]" >&2
        exit 2 ;;
   esac
 done
@@ -31,7 +34,8 @@ say "a generated capture: photographs of a room, with exact truth"
 "$lamella" synth scene room --out "$out/room"
 
 say "from photographs to the display"
-"$lamella" run "$out/room/images" --workspace "$out/workspace" --display paper-two-layer
+"$lamella" run "$out/room/images" --workspace "$out/workspace" --display paper-two-layer \
+  --quality "$quality"
 
 say "camera positions against the truth"
 "$lamella" compare poses "$out/workspace/poses/transforms.json" "$out/room/transforms.json"
