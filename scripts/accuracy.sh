@@ -5,7 +5,7 @@
 #   scripts/accuracy.sh [--fresh]
 #
 # Needs the real captures in LAMELLA_DATA (or ../shared/data beside the checkout); the generated
-# capture is made on the way. Measurements that are there already (work/accuracy/) are kept; --fresh
+# capture is made on the way. Measurements that are there already (output/accuracy/) are kept; --fresh
 # takes all of them anew, as a change of the program's code asks for.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -27,6 +27,6 @@ fi
 scripts/setup.sh
 cmake --preset release --log-level=WARNING
 cmake --build --preset release --target lamella
-$fresh && rm -rf work/accuracy
+$fresh && rm -rf output/accuracy
 exec python3 scripts/accuracy.py --program build/release/lamella --data "$data" \
-  --work work/accuracy --page docs/accuracy.md --readme README.md
+  --work output/accuracy --page docs/accuracy.md --readme README.md

@@ -3,13 +3,13 @@
 # builds the program, generates a small capture and takes it through all stages.
 #
 #   scripts/quickstart.sh [--preset NAME] [--quality NAME] [--out DIR]
-#                         default: release, balanced, work/quickstart
+#                         default: release, balanced, output/quickstart
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 preset=release
 quality=balanced
-out=work/quickstart
+out=output/quickstart
 while (($#)); do
   case "$1" in
     --preset) preset=$2; shift 2 ;;

@@ -3,6 +3,7 @@
 //
 //   x_reference    times faster than the reference, per pixel and label (or light path)
 //   of_copy_rate   bytes of results a second over bytes that memcpy writes a second
+#include <algorithm>
 #include <chrono>
 #include <cstring>
 #include <random>
@@ -16,6 +17,7 @@
 #include "distribute/displays.h"
 #include "distribute/distribute.h"
 #include "distribute/simulate_eye.h"
+#include "tests/depth/synthetic.h"
 #include "tests/reference/analytic_scene.h"
 #include "tests/reference/plane_sweep_reference.h"
 #include "tests/reference/sgm_reference.h"
@@ -64,16 +66,6 @@ Image<std::uint8_t> RandomLuma(int width, int height, unsigned seed) {
   return luma;
 }
 
-Camera Pinhole(int width, int height) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = width;
-  camera.cx = width / 2.0;
-  camera.cy = height / 2.0;
-  return camera;
-}
-
 InverseDepthLabels Labels(int count) {
   InverseDepthLabels labels;
   for (int i = 0; i < count; ++i) labels.w.push_back(0.1 + 0.4 * i / count);
@@ -84,7 +76,7 @@ void SweepOfTwoSources(benchmark::State& state) {
   constexpr int kWidth = 768, kHeight = 512, kLabels = 128;
   const SweepImage reference(RandomLuma(kWidth, kHeight, 1)), left(RandomLuma(kWidth, kHeight, 2)),
       right(RandomLuma(kWidth, kHeight, 3));
-  const Camera camera = Pinhole(kWidth, kHeight);
+  const Camera camera = synthetic::Pinhole(kWidth, kHeight, kWidth);
   std::vector<SweepSource> sources;
   for (const auto& [image, shift] : {std::pair(&left, -0.3), std::pair(&right, 0.3)}) {
     Rigid pose;

@@ -77,11 +77,30 @@ Workspace GridWorkspace(const fs::path& root) {
   return workspace;
 }
 
-StageReport RunOnce(const Workspace& workspace) {
+struct Stopped {};
+
+// As if the run was killed when so many maps were written.
+class StopsAfter final : public Progress {
+ public:
+  explicit StopsAfter(int maps) : maps_(maps) {}
+  void Start(std::string_view, std::int64_t, std::string_view) override {
+    if (maps_ == 0) throw Stopped();
+  }
+  void Advance(std::int64_t units) override {
+    if ((maps_ -= units) == 0) throw Stopped();
+  }
+  void Note(std::string_view) override {}
+  void Warn(std::string_view) override {}
+
+ private:
+  std::int64_t maps_;
+};
+
+StageReport RunOnce(const Workspace& workspace, Progress& progress = SilentProgress()) {
   DepthOptions options;
   ApplyQuality(Quality::kBalanced, options);
   StageRun run(workspace, "depth", "inputs", "options");
-  return RunDepth(workspace, options, run, SilentProgress());
+  return RunDepth(workspace, options, run, progress);
 }
 
 std::map<std::string, std::string> FilesOf(const Workspace& workspace) {
@@ -122,11 +141,16 @@ TEST(StageDepth, GoesOnFromWhateverAKilledRunHasLeftToTheSameBytes) {
   RunOnce(whole);
   const auto expected = FilesOf(whole);
 
-  // Killed before anything was done.
   const Workspace killed = GridWorkspace(root / "killed");
-  { const StageRun run(killed, "depth", "inputs", "options"); }
-  RunOnce(killed);
-  EXPECT_EQ(FilesOf(killed), expected);
+  for (const int maps : {0, 4, 12}) {  // before any, in the middle of pass 0, of the last pass
+    fs::remove_all(killed.Stage("depth"));
+    StopsAfter progress(maps);
+    EXPECT_THROW(RunOnce(killed, progress), Stopped);
+    const auto left = FilesOf(killed);
+    EXPECT_EQ(static_cast<int>(left.size()), maps);
+    RunOnce(killed);
+    EXPECT_EQ(FilesOf(killed), expected);
+  }
   // Killed while the last maps were written.
   fs::remove(killed.Stage("depth") / "view105.exr");
   fs::remove(killed.Stage("depth") / "points.ply");
@@ -134,6 +158,16 @@ TEST(StageDepth, GoesOnFromWhateverAKilledRunHasLeftToTheSameBytes) {
   fs::remove(killed.Stage("depth") / "view106.exr");
   RunOnce(killed);
   EXPECT_EQ(FilesOf(killed), expected);
+  // A map that an earlier run finished is not made again: a wrong one in its place shows.
+  fs::remove_all(killed.Stage("depth"));
+  StopsAfter progress(4);
+  EXPECT_THROW(RunOnce(killed, progress), Stopped);
+  SaveDepthMap(killed.Stage("depth") / FilesOf(killed).begin()->first,
+               {Image<float>(64, 64, 2.0F), Image<float>(64, 64, 1.0F)});
+  RunOnce(killed);
+  EXPECT_NE(FilesOf(killed), expected);
+  fs::remove_all(killed.Stage("depth"));
+  RunOnce(killed);
   // Killed after the last map.
   fs::remove(killed.Stage("depth") / "points.ply");
   RunOnce(killed);
