@@ -1,0 +1,10 @@
+// The verbs of `lamella synth`, one file each.
+#pragma once
+
+#include "pipeline/program/command_line.h"
+
+namespace lamella {
+
+void AddSynthScene(CLI::App& synth, Invocation& invocation);
+
+}  // namespace lamella
