@@ -31,3 +31,16 @@ function(lamella_library name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/lamella>)
   target_link_libraries(lamella_${name} PRIVATE $<BUILD_INTERFACE:lamella_flags>)
 endfunction()
+
+# Debian's OpenImageIO names OpenCV's headers among its own, which are there only where OpenCV's
+# development package is; CMake refuses a folder that does not exist.
+function(lamella_drop_missing_includes target)
+  get_target_property(folders ${target} INTERFACE_INCLUDE_DIRECTORIES)
+  set(present "")
+  foreach(folder IN LISTS folders)
+    if(NOT IS_ABSOLUTE "${folder}" OR EXISTS "${folder}")
+      list(APPEND present "${folder}")
+    endif()
+  endforeach()
+  set_target_properties(${target} PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${present}")
+endfunction()
