@@ -20,6 +20,12 @@ OptionTable Describe(DepthOptions& o) {
   return {
       "depth",
       {
+          {.name = "source",
+           .help = "estimate: from the photographs; given: what came with the capture "
+                   "(depth_file_path of transforms.json)",
+           .value = &o.source,
+           .choices = {"estimate", "given"},
+           .flag = "--depth"},
           {"median_radius", "of the colour-weighted median of labels, px; 0: none",
            &o.median_radius, 0, 5},
           {"fusion_passes", "camera grids: times that the views' maps are made to agree",

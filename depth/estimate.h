@@ -21,7 +21,8 @@ namespace lamella {
 
 // The presets are sets of these: ApplyQuality.
 struct DepthOptions {
-  int median_radius = 3;  // px
+  std::string source = "estimate";  // or "given": the depth that came with the capture
+  int median_radius = 3;            // px
 
   // Camera grids.
   int fusion_passes = 1;

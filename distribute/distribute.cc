@@ -17,8 +17,13 @@ namespace {
 // Below this the colour of an emitter, light / coverage, would be rounding noise.
 constexpr float kLeastCoverage = 1e-5F;
 
+Kernel KernelOf(const std::string& name) {
+  return name == "lens" ? Kernel::kLens : name == "ray" ? Kernel::kRay : Kernel::kBeam;
+}
+
 // The lattice on which the scene is asked, and every layer's overlaps with it.
 struct Nodes {
+  bool scatter = false;
   AimPlane aim;
   NodeAxis x, y;
   SampleAxis sample_x, sample_y;
@@ -37,10 +42,10 @@ NodeAxis CoverRange(const AimRange& range, double step, bool even) {
 }
 
 NodeAxis NodeAxisOf(const std::vector<RayMap>& maps, Axis axis, const AimPlane& aim, double step,
-                    bool even) {
+                    bool even, Kernel kernel) {
   AimRange all{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const RayMap& map : maps) {
-    const AimRange range = AimsOf(map, axis, aim);
+    const AimRange range = AimsOf(map, axis, aim, kernel);
     all.min = std::min(all.min, range.min);
     all.max = std::max(all.max, range.max);
   }
@@ -50,21 +55,23 @@ NodeAxis NodeAxisOf(const std::vector<RayMap>& maps, Axis axis, const AimPlane& 
 Nodes MakeNodes(const Display& display, const std::vector<RayMap>& maps,
                 const LayersOptions& options, double d0_mm, bool even) {
   Nodes nodes;
+  nodes.scatter = options.scatter;
+  const Kernel kernel = KernelOf(options.kernel);
   nodes.aim = {display.shear, display.viewing_distance_mm};
   const double pitch = display.emitter_pitch_mm();
   const double step =
       pitch * (display.shear ? display.viewing_distance_mm : 1.0) / d0_mm / options.nodes_per_step;
-  nodes.x = NodeAxisOf(maps, Axis::kColumns, nodes.aim, step, even);
-  nodes.y = NodeAxisOf(maps, Axis::kRows, nodes.aim, step, even);
+  nodes.x = NodeAxisOf(maps, Axis::kColumns, nodes.aim, step, even, kernel);
+  nodes.y = NodeAxisOf(maps, Axis::kRows, nodes.aim, step, even, kernel);
   const double size = pitch / options.samples_per_pixel;
   nodes.sample_x = {-display.width_mm() / 2, size};
   nodes.sample_y = {-display.height_mm() / 2, size};
   for (const RayMap& map : maps) {
     const double content = map.position_mm();
     nodes.layers_x.push_back(
-        OverlapsOf(map, Axis::kColumns, nodes.aim, content, nodes.x, nodes.sample_x));
+        OverlapsOf(map, Axis::kColumns, nodes.aim, content, nodes.x, nodes.sample_x, kernel));
     nodes.layers_y.push_back(
-        OverlapsOf(map, Axis::kRows, nodes.aim, content, nodes.y, nodes.sample_y));
+        OverlapsOf(map, Axis::kRows, nodes.aim, content, nodes.y, nodes.sample_y, kernel));
   }
   return nodes;
 }
@@ -102,18 +109,48 @@ struct NodeBuffers {
   Image<Light> light;
 };
 
+// Where within their cells a node's aim and its samples lie, per axis in [-1/2, 1/2): 0 on the
+// lattice, else the node's point of the additive sequence in four dimensions whose steps are powers
+// of 1/1.1673, the root of x^5 = x + 1 (Roberts 2018, "The unreasonable effectiveness of
+// quasirandom sequences"). Cells keep their weights, so that the mean over the nodes stays
+// unbiased.
+struct Scatter {
+  double aim_x = 0, aim_y = 0, sample_x = 0, sample_y = 0;
+};
+
+Scatter ScatterOf(const Nodes& nodes, int node_x, int node_y) {
+  if (!nodes.scatter) return {};
+  constexpr double kRoot = 1.1673039782614187;
+  const double n = node_y * static_cast<double>(nodes.x.count) + node_x + 1;
+  double step = 1;
+  const auto next = [&] {
+    step /= kRoot;
+    const double point = n * step;
+    return point - std::floor(point) - 0.5;
+  };
+  Scatter scatter;
+  scatter.aim_x = next();
+  scatter.aim_y = next();
+  scatter.sample_x = next();
+  scatter.sample_y = next();
+  return scatter;
+}
+
 // The rays of a node through the samples of z = 0.
 RayBundle BundleOf(const Nodes& nodes, int node_x, int node_y, const SampleRange& x,
                    const SampleRange& y) {
   RayBundle bundle;
-  const double aim_x = nodes.x.Centre(node_x), aim_y = -nodes.y.Centre(node_y);
+  const Scatter scatter = ScatterOf(nodes, node_x, node_y);
+  const double aim_x = nodes.x.Centre(node_x) + scatter.aim_x * nodes.x.step;
+  const double aim_y = -(nodes.y.Centre(node_y) + scatter.aim_y * nodes.y.step);
   if (nodes.aim.points) {
     bundle.centre = {aim_x, aim_y, nodes.aim.distance_mm, 1};
   } else {
     bundle.centre = {aim_x, aim_y, 1, 0};
   }
-  bundle.origin = {nodes.sample_x.origin_mm + x.first * nodes.sample_x.size_mm,
-                   -(nodes.sample_y.origin_mm + y.first * nodes.sample_y.size_mm), 0};
+  bundle.origin = {
+      nodes.sample_x.origin_mm + (x.first + scatter.sample_x) * nodes.sample_x.size_mm,
+      -(nodes.sample_y.origin_mm + (y.first + scatter.sample_y) * nodes.sample_y.size_mm), 0};
   bundle.dx = {nodes.sample_x.size_mm, 0, 0};
   bundle.dy = {0, -nodes.sample_y.size_mm, 0};
   bundle.width = x.size();
@@ -319,6 +356,15 @@ OptionTable Describe(LayersOptions& options) {
         8,
         {},
         "--samples-per-pixel"},
+       {"kernel",
+        "prefilter: beam (what an emitter sends, exactly), lens (the paper's box in position and "
+        "direction) or ray (none: its central ray)",
+        &options.kernel,
+        {},
+        {},
+        {"beam", "lens", "ray"}},
+       {"scatter", "scatter directions and rays within their cells (low discrepancy)",
+        &options.scatter},
        {"border_mm",
         "width over which neighbouring layers overlap, mm (default: the display's)",
         &options.border_mm,

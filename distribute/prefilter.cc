@@ -87,14 +87,20 @@ int EmittersOf(const RayMap& map, Axis axis) {
   return axis == Axis::kColumns ? map.columns() : map.rows();
 }
 
+// What remains of a beam's widths where its central line alone is meant: an area to divide by.
+constexpr double kRayWidth = 1e-6;
+
 // All lines of the beam: position on the plane z = content_mm, aim.
-Polygon PolygonOf(const AxisBeam& beam, double layer_mm, double content_mm, const AimPlane& aim) {
+Polygon PolygonOf(const AxisBeam& beam, double layer_mm, double content_mm, const AimPlane& aim,
+                  Kernel kernel) {
   Polygon polygon;
+  const double width = kernel == Kernel::kRay ? kRayWidth : 1;
   constexpr std::array<std::array<double, 2>, 4> kCorners = {
       {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}};
   for (const auto& [a, b] : kCorners) {
-    const double element = beam.element_mm + a * beam.aperture_mm;
-    const double slope = (element - beam.emitter_mm - b * beam.emitter_width_mm) / beam.d0_mm;
+    const double element = beam.element_mm + width * a * beam.aperture_mm;
+    const double from = kernel == Kernel::kBeam ? element : beam.element_mm;
+    const double slope = (from - beam.emitter_mm - width * b * beam.emitter_width_mm) / beam.d0_mm;
     polygon.Add({element + slope * (content_mm - layer_mm),
                  aim.points ? element + slope * (aim.distance_mm - layer_mm) : slope});
   }
@@ -141,13 +147,13 @@ void AddOverlap(const Polygon& part, double beam_area, const SampleAxis& samples
 
 }  // namespace
 
-AimRange AimsOf(const RayMap& map, Axis axis, const AimPlane& aim) {
+AimRange AimsOf(const RayMap& map, Axis axis, const AimPlane& aim, Kernel kernel) {
   Interval all;
   for (int slot = 0; slot < map.slots_per_axis(); ++slot) {
     for (int index = 0; index < EmittersOf(map, axis); ++index) {
       const std::optional<AxisBeam> beam = BeamOf(map, axis, slot, index);
       if (!beam) continue;
-      const Polygon polygon = PolygonOf(*beam, map.position_mm(), map.position_mm(), aim);
+      const Polygon polygon = PolygonOf(*beam, map.position_mm(), map.position_mm(), aim, kernel);
       const Interval aims = IntervalOf(polygon, [](const Point& p) { return p.aim; });
       all.min = std::min(all.min, aims.min);
       all.max = std::max(all.max, aims.max);
@@ -157,14 +163,14 @@ AimRange AimsOf(const RayMap& map, Axis axis, const AimPlane& aim) {
 }
 
 AxisOverlaps OverlapsOf(const RayMap& map, Axis axis, const AimPlane& aim, double content_mm,
-                        const NodeAxis& nodes, const SampleAxis& samples) {
+                        const NodeAxis& nodes, const SampleAxis& samples, Kernel kernel) {
   AxisOverlaps overlaps;
   overlaps.nodes.resize(static_cast<std::size_t>(nodes.count));
   for (int slot = 0; slot < map.slots_per_axis(); ++slot) {
     for (int index = 0; index < EmittersOf(map, axis); ++index) {
       const std::optional<AxisBeam> beam = BeamOf(map, axis, slot, index);
       if (!beam) continue;
-      const Polygon polygon = PolygonOf(*beam, map.position_mm(), content_mm, aim);
+      const Polygon polygon = PolygonOf(*beam, map.position_mm(), content_mm, aim, kernel);
       const double area = Area(polygon);
       const Interval aims = IntervalOf(polygon, [](const Point& p) { return p.aim; });
       const auto node_of = [&](double a) {

@@ -36,6 +36,13 @@ struct Overlap {
   std::size_t weights = 0;  // index of its num_samples weights in AxisOverlaps::weights
 };
 
+// Over which lines an emitter's light is averaged.
+enum class Kernel {
+  kBeam,  // those it sends: from all of the emitter through all of the opening, exactly
+  kLens,  // the paper's box in position and slope: opening times emitter (a lens array's beam)
+  kRay,   // its central line alone: no prefilter
+};
+
 // Of one axis of one layer. An emitter's weights sum to 1 over all nodes.
 struct AxisOverlaps {
   std::vector<std::vector<Overlap>> nodes;  // by slot, then emitter
@@ -54,12 +61,13 @@ struct AimPlane {
 struct AimRange {
   double min = 0, max = 0;
 };
-AimRange AimsOf(const RayMap& map, Axis axis, const AimPlane& aim);
+AimRange AimsOf(const RayMap& map, Axis axis, const AimPlane& aim, Kernel kernel = Kernel::kBeam);
 
 // `content_mm`: the plane on which a beam's line and the node's ray that stands for it cross. Exact
 // for content there; elsewhere a line is off by at most half a cell's parallax, and by none on
 // average over the cell.
 AxisOverlaps OverlapsOf(const RayMap& map, Axis axis, const AimPlane& aim, double content_mm,
-                        const NodeAxis& nodes, const SampleAxis& samples);
+                        const NodeAxis& nodes, const SampleAxis& samples,
+                        Kernel kernel = Kernel::kBeam);
 
 }  // namespace lamella

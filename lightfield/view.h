@@ -24,6 +24,7 @@ struct View {
   Camera camera;
   Rigid camera_from_world;
   std::optional<GridPosition> grid;
+  std::filesystem::path depth = {};  // EXR of depth that came with the capture; empty: none
 };
 
 // A triangulated point and the views (indices into ViewSet::views) that see it.

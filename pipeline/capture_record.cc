@@ -72,6 +72,8 @@ Json ViewJson(const CapturedView& view) {
     json["camera_from_world"] = {{"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
                                  {"translation", {t.x(), t.y(), t.z()}}};
   }
+  if (!view.depth.empty())
+    json["depth"] = {{"file", view.depth.string()}, {"sha256", view.depth_sha256}};
   if (view.grid) json["grid"] = {{"row", view.grid->row}, {"column", view.grid->column}};
   return json;
 }
@@ -113,6 +115,10 @@ CapturedView ReadView(const JsonObject& json) {
     constexpr int kMost = 1000000;
     view.grid = GridPosition{grid.Whole("row", -kMost, kMost), grid.Whole("column", -kMost, kMost)};
   }
+  if (json.Has("depth")) {
+    view.depth = json.Object("depth").Text("file");
+    view.depth_sha256 = json.Object("depth").Text("sha256");
+  }
   return view;
 }
 
@@ -137,7 +143,8 @@ std::optional<std::vector<View>> KnownViews(const CaptureRecord& record) {
   std::vector<View> views;
   for (const CapturedView& view : record.views) {
     if (!view.camera_from_world) return std::nullopt;
-    views.push_back({view.name, view.file, view.camera, *view.camera_from_world, view.grid});
+    views.push_back(
+        {view.name, view.file, view.camera, *view.camera_from_world, view.grid, view.depth});
   }
   return views;
 }

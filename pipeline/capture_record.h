@@ -28,6 +28,8 @@ struct CapturedView {
   Camera camera;
   std::optional<Rigid> camera_from_world;  // known pose
   std::optional<GridPosition> grid;
+  std::filesystem::path depth = {};  // that came with the capture, absolute; empty: none
+  std::string depth_sha256 = {};
 };
 
 struct CaptureRecord {

@@ -59,6 +59,7 @@ ImageInfo Inspect(CapturedView& view) {
   const ImageInfo info = ReadImageInfo(view.file);
   CheckImageIsWhole(view.file);
   view.sha256 = Sha256OfFile(view.file);
+  if (!view.depth.empty()) view.depth_sha256 = Sha256OfFile(view.depth);
   view.orientation = info.orientation;
   view.is_plain = IsPlain(info);
   view.device = DeviceName(info);
@@ -147,7 +148,10 @@ OptionTable Describe(CaptureOptions& options) {
 
 std::string HashCaptureInput(const CaptureOptions& options) {
   std::vector<fs::path> files = CameraFiles(options);
-  for (const CapturedView& view : ListViews(options)) files.push_back(view.file);
+  for (const CapturedView& view : ListViews(options)) {
+    files.push_back(view.file);
+    if (!view.depth.empty()) files.push_back(view.depth);
+  }
   std::vector<std::string> hashes(files.size());
   ParallelForEach(0, static_cast<std::int64_t>(files.size()), [&](std::int64_t i) {
     const auto index = static_cast<std::size_t>(i);

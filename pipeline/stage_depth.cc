@@ -7,6 +7,7 @@
 
 #include "depth/estimate.h"
 #include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/depth_record.h"
@@ -48,6 +49,36 @@ class FileStore final : public DepthStore {
   const StageRun& run_;
   int num_passes_;
 };
+
+// Depth that came with the capture: all of it is sure.
+DepthMap GivenDepth(const View& view) {
+  if (view.depth.empty()) {
+    throw InputError(view.image.string(), "came without depth",
+                     "name it in transforms.json (depth_file_path, an EXR with channel Z; for "
+                     "photographs without distortion) or leave --depth given out");
+  }
+  DepthMap map;
+  map.depth = LoadDepth(view.depth);
+  if (map.depth.width() != view.camera.width || map.depth.height() != view.camera.height) {
+    throw InputError(view.depth.string(),
+                     fmt::format("is {}x{} px, its photograph {}x{} px", map.depth.width(),
+                                 map.depth.height(), view.camera.width, view.camera.height),
+                     "give depth of the photograph's size");
+  }
+  map.confidence = Image<float>(map.depth.width(), map.depth.height());
+  for (std::size_t i = 0; i < map.depth.size(); ++i)
+    map.confidence.data()[i] = map.depth.data()[i] > 0 ? 1.0F : 0.0F;
+  return map;
+}
+
+DepthReport TakeGivenDepth(const ViewSet& set, FileStore& store, Progress& progress) {
+  progress.Start("given depth", static_cast<std::int64_t>(set.views.size()), "views");
+  for (int v = 0; v < static_cast<int>(set.views.size()); ++v) {
+    if (!store.Has(0, v)) store.Save(0, v, GivenDepth(set.views[static_cast<std::size_t>(v)]));
+    progress.Advance();
+  }
+  return {{{"method", "given with the capture"}}, {}};
+}
 
 // What a finished map is counted for.
 struct MapCounts {
@@ -108,9 +139,8 @@ std::vector<MapCounts> CountMaps(const ViewSet& set, FileStore& store) {
   return counts;
 }
 
-StageReport Summarise(DepthReport estimate, const ViewSet& set,
-                      const std::vector<MapCounts>& counts) {
-  StageReport report{std::move(estimate.summary), std::move(estimate.warnings), ""};
+StageReport Summarise(DepthReport depth, const ViewSet& set, const std::vector<MapCounts>& counts) {
+  StageReport report{std::move(depth.summary), std::move(depth.warnings), ""};
   MapCounts total;
   for (std::size_t v = 0; v < counts.size(); ++v) {
     total.pixels += counts[v].pixels;
@@ -139,8 +169,10 @@ StageReport Summarise(DepthReport estimate, const ViewSet& set,
 StageReport RunDepth(const Workspace& workspace, const DepthOptions& options, StageRun& run,
                      Progress& progress) {
   const ViewSet set = LoadViewSet(workspace);
-  FileStore store(set, run, NumDepthPasses(set, options));
-  DepthReport estimate = EstimateDepth(set, options, store, progress);
+  const bool given = options.source == "given";
+  FileStore store(set, run, given ? 1 : NumDepthPasses(set, options));
+  DepthReport depth =
+      given ? TakeGivenDepth(set, store, progress) : EstimateDepth(set, options, store, progress);
   const std::vector<MapCounts> counts = CountMaps(set, store);
   std::vector<ColoredPoint> points;
   for (const MapCounts& count : counts)
@@ -148,7 +180,7 @@ StageReport RunDepth(const Workspace& workspace, const DepthOptions& options, St
   SavePoints(run.folder() / "points.ply", points);
   std::error_code ignored;
   fs::remove_all(run.folder() / kPassesFolder, ignored);
-  return Summarise(std::move(estimate), set, counts);
+  return Summarise(std::move(depth), set, counts);
 }
 
 }  // namespace lamella

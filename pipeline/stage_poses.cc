@@ -67,10 +67,13 @@ void WriteUndistorted(const std::vector<PosedView>& posed, const StageRun& run,
 std::vector<View> UndistortedViews(const std::vector<PosedView>& posed, const fs::path& folder) {
   std::vector<View> views;
   for (const PosedView& view : posed) {
-    views.push_back(
-        {view.captured->name,
-         view.IsOriginal() ? view.captured->file : folder / UndistortedFile(view.captured->name),
-         view.pinhole, view.image->camera_from_world, view.captured->grid});
+    const CapturedView& captured = *view.captured;
+    // Depth that came with the capture is of its pixels and its units.
+    const bool has_depth = view.IsOriginal() && captured.camera_from_world;
+    views.push_back({captured.name,
+                     view.IsOriginal() ? captured.file : folder / UndistortedFile(captured.name),
+                     view.pinhole, view.image->camera_from_world, captured.grid,
+                     has_depth ? captured.depth : fs::path()});
   }
   return views;
 }

@@ -68,6 +68,7 @@ void SetKnown(CapturedView& view, const View& known) {
   view.camera = known.camera;
   view.camera_from_world = known.camera_from_world;
   view.grid = known.grid;
+  view.depth = known.depth;
 }
 
 std::vector<CapturedView> ListKnown(const fs::path& input) {

@@ -126,22 +126,22 @@ json PoseJson(const Rigid& camera_from_world) {
   return rows;
 }
 
+// Relative to the folder for what lies below it, absolute for the rest.
+std::string PathFrom(const fs::path& file, const fs::path& folder) {
+  const fs::path absolute = fs::absolute(file).lexically_normal();
+  const fs::path below = absolute.lexically_relative(fs::absolute(folder).lexically_normal());
+  return (!below.empty() && *below.begin() != ".." ? below : absolute).string();
+}
+
 json FrameJson(const View& view, const fs::path& folder) {
-  const fs::path below = fs::absolute(view.image)
-                             .lexically_normal()
-                             .lexically_relative(fs::absolute(folder).lexically_normal());
-  const bool inside = !below.empty() && *below.begin() != "..";
   const Camera& camera = view.camera;
-  json frame = {{"name", view.name},
-                {"file_path", (inside ? below : fs::absolute(view.image)).string()},
-                {"camera_model", "PINHOLE"},
-                {"w", camera.width},
-                {"h", camera.height},
-                {"fl_x", camera.fx},
-                {"fl_y", camera.fy},
-                {"cx", camera.cx},
-                {"cy", camera.cy},
-                {"transform_matrix", PoseJson(view.camera_from_world)}};
+  json frame = {
+      {"name", view.name},         {"file_path", PathFrom(view.image, folder)},
+      {"camera_model", "PINHOLE"}, {"w", camera.width},
+      {"h", camera.height},        {"fl_x", camera.fx},
+      {"fl_y", camera.fy},         {"cx", camera.cx},
+      {"cy", camera.cy},           {"transform_matrix", PoseJson(view.camera_from_world)}};
+  if (!view.depth.empty()) frame["depth_file_path"] = PathFrom(view.depth, folder);
   if (view.grid) frame["grid"] = {{"row", view.grid->row}, {"column", view.grid->column}};
   return frame;
 }
@@ -167,6 +167,7 @@ TransformsJson ReadTransformsJson(const fs::path& path) {
       throw frame.Wrong("name", "a file's stem");  // files are named by it
     }
     view.camera = ReadCamera({frame, top}, view.image);
+    if (frame.Has("depth_file_path")) view.depth = ImagePath(file, frame.Text("depth_file_path"));
     view.camera_from_world = ReadPose(frame);
     if (frame.Has("grid")) {
       const JsonObject grid = frame.Object("grid");

@@ -1,4 +1,5 @@
-// lamella compare: images, poses or depth against other ones or against truth.
+// lamella compare: images, poses, depth or layers against other ones or against truth.
+#include <limits>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -6,6 +7,7 @@
 
 #include "pipeline/capture/known_cameras.h"
 #include "pipeline/compare_depth.h"
+#include "pipeline/compare_layers.h"
 #include "pipeline/compare_poses.h"
 #include "pipeline/program/command_line.h"
 
@@ -16,7 +18,7 @@ struct Pair {
   std::string a, b;
 };
 
-ExitCode ComparePosesOf(const Pair& pair) {
+ExitCode ComparePosesOf(const Pair& pair, Progress&) {
   const PoseComparison result = ComparePoses(ReadKnownCameras(pair.a), ReadKnownCameras(pair.b));
   fmt::print("{:<24} {:>12} {:>14}\n", "view", "centre", "rotation deg");
   for (const PoseError& view : result.views) {
@@ -48,7 +50,7 @@ ExitCode CompareWorldDepthOf(const Pair& pair) {
   return ExitCode::kDone;
 }
 
-ExitCode CompareDepthOf(const Pair& pair) {
+ExitCode CompareDepthOf(const Pair& pair, Progress&) {
   if (std::filesystem::path(pair.b).extension() != ".pfm") return CompareWorldDepthOf(pair);
   const DepthComparison result = CompareDepth(pair.a, pair.b);
   fmt::print(
@@ -58,16 +60,37 @@ ExitCode CompareDepthOf(const Pair& pair) {
   return ExitCode::kDone;
 }
 
+std::string Decibel(const std::optional<double>& psnr) {
+  return psnr ? fmt::format("{:.2f}", *psnr) : "-";
+}
+
+ExitCode CompareLayersOf(const Pair& pair, Progress& progress) {
+  constexpr int kBorderPx = 24;
+  const LayersComparison result =
+      CompareLayers(Workspace(pair.a), Workspace(pair.b), kBorderPx, progress);
+  fmt::print("{:>8} {:>10} {:>10} {:>8}\n", "eye mm", "PSNR dB", "seen dB", "SSIM");
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const EyeDifference& eye : result.eyes) {
+    fmt::print("{:>8.1f} {:>10} {:>10} {:>8}\n", eye.x_mm, Decibel(eye.metrics.psnr_db),
+               Decibel(eye.metrics.psnr_seen_db),
+               eye.metrics.ssim ? fmt::format("{:.4f}", *eye.metrics.ssim) : "-");
+    lowest = std::min(lowest, eye.metrics.psnr_db.value_or(lowest));
+  }
+  fmt::print("eyes {}  pictures {}x{} less {} px  lowest_psnr_db {:.2f} (sRGB)\n",
+             result.eyes.size(), result.width, result.height, kBorderPx, lowest);
+  return ExitCode::kDone;
+}
+
 // A pair of what to compare, and what compares it.
 void AddPair(CLI::App& parent, Invocation& invocation, const char* name, const char* help,
-             const char* a, const char* b, ExitCode (*compare)(const Pair&)) {
+             const char* a, const char* b, ExitCode (*compare)(const Pair&, Progress&)) {
   CLI::App& app = *parent.add_subcommand(name, help);
   auto pair = std::make_shared<Pair>();
   app.add_option("A", pair->a, a)->required();
   app.add_option("B", pair->b, b)->required();
   AddGlobalOptions(app, invocation);
   app.callback([pair, compare, &invocation] {
-    invocation.action = [pair, compare](Progress&) { return compare(*pair); };
+    invocation.action = [pair, compare](Progress& progress) { return compare(*pair, progress); };
   });
 }
 
@@ -75,7 +98,7 @@ void AddPair(CLI::App& parent, Invocation& invocation, const char* name, const c
 
 void AddCompare(CLI::App& program, Invocation& invocation) {
   CLI::App& app = *program.add_subcommand(
-      "compare", "images, poses or depth, against other ones or against truth");
+      "compare", "images, poses, depth or layers, against other ones or against truth");
   app.require_subcommand(1);
   AddCompareImages(app, invocation);
   AddPair(app, invocation, "poses",
@@ -88,6 +111,9 @@ void AddCompare(CLI::App& program, Invocation& invocation) {
           "W/depth/NAME.exr of a finished workspace W, or the folder W/depth",
           "true disparity, px per view step (PFM), or true depth (EXR, or a folder of them)",
           CompareDepthOf);
+  AddPair(app, invocation, "layers",
+          "what eyes in the clean eye box see of two workspaces' layers, placed alike",
+          "a workspace whose layers are finished", "another one", CompareLayersOf);
 }
 
 }  // namespace lamella

@@ -6,9 +6,11 @@
 namespace lamella {
 
 void AddSynth(CLI::App& program, Invocation& invocation) {
-  CLI::App& synth = *program.add_subcommand("synth", "generated captures with exact truth");
+  CLI::App& synth =
+      *program.add_subcommand("synth", "generated captures and layers with exact truth");
   synth.require_subcommand(1);
   AddSynthScene(synth, invocation);
+  AddSynthLayers(synth, invocation);
 }
 
 }  // namespace lamella

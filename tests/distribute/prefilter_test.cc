@@ -25,6 +25,7 @@ struct Setting {
   int layer;
   double content_mm;
   Axis axis;
+  Kernel kernel = Kernel::kBeam;
 };
 
 class Overlaps : public ::testing::TestWithParam<Setting> {};
@@ -32,14 +33,17 @@ class Overlaps : public ::testing::TestWithParam<Setting> {};
 // Share of an emitter's lines that fall into each (node, sample), by a fine grid of lines.
 std::map<std::pair<int, int>, double> Count(const AxisBeam& beam, const RayMap& map, double sign,
                                             const AimPlane& aim, double content,
-                                            const NodeAxis& nodes, const SampleAxis& samples) {
+                                            const NodeAxis& nodes, const SampleAxis& samples,
+                                            Kernel kernel) {
   constexpr int kLines = 1000;
   std::map<std::pair<int, int>, double> shares;
   for (int i = 0; i < kLines; ++i) {
     for (int j = 0; j < kLines; ++j) {
       const double x = sign * beam.element_mm + ((i + 0.5) / kLines - 0.5) * beam.aperture_mm;
       const double u = sign * beam.emitter_mm + ((j + 0.5) / kLines - 0.5) * beam.emitter_width_mm;
-      const double slope = (x - u) / map.d0_mm();
+      // A lens gives all light of a point of the emitter the direction through its own middle.
+      const double through = kernel == Kernel::kLens ? sign * beam.element_mm : x;
+      const double slope = (through - u) / map.d0_mm();
       const double towards = aim.points ? x + slope * (aim.distance_mm - map.position_mm()) : slope;
       const int node = static_cast<int>(std::floor((towards - nodes.first) / nodes.step + 0.5));
       const double at_content = x + slope * (content - map.position_mm());
@@ -57,15 +61,15 @@ std::map<std::pair<int, int>, double> Count(const AxisBeam& beam, const RayMap& 
 }
 
 TEST_P(Overlaps, AreTheSharesOfTheBeamsLines) {
-  const auto [shear, layer, content, axis] = GetParam();
+  const auto [shear, layer, content, axis, kernel] = GetParam();
   const Display display = Small(shear);
   const RayMap map(display, layer);
   const AimPlane aim{shear, 600};
-  const AimRange range = AimsOf(map, axis, aim);
+  const AimRange range = AimsOf(map, axis, aim, kernel);
   const double step = display.pitch_mm / 5 * (shear ? 600 : 1);
   const NodeAxis nodes{range.min, step, static_cast<int>((range.max - range.min) / step) + 2};
   const SampleAxis samples{-30.3, 0.29};
-  const AxisOverlaps overlaps = OverlapsOf(map, axis, aim, content, nodes, samples);
+  const AxisOverlaps overlaps = OverlapsOf(map, axis, aim, content, nodes, samples, kernel);
   for (const auto& [slot, index] : {std::pair(0, 20), std::pair(1, 3), std::pair(2, 90)}) {
     const auto beam = axis == Axis::kColumns ? map.Column(slot, index) : map.Row(slot, index);
     ASSERT_TRUE(beam);
@@ -81,7 +85,8 @@ TEST_P(Overlaps, AreTheSharesOfTheBeamsLines) {
     }
     const double sign = axis == Axis::kColumns ? 1 : -1;
     double sum = 0;
-    for (const auto& [cell, share] : Count(*beam, map, sign, aim, content, nodes, samples)) {
+    for (const auto& [cell, share] :
+         Count(*beam, map, sign, aim, content, nodes, samples, kernel)) {
       EXPECT_NEAR(weights[cell], share, 2e-3) << cell.first << " " << cell.second;
     }
     for (const auto& [cell, weight] : weights) sum += weight;
@@ -94,7 +99,35 @@ INSTANTIATE_TEST_SUITE_P(Settings, Overlaps,
                                            Setting{true, 1, 10, Axis::kRows},
                                            Setting{true, 1, 6, Axis::kColumns},
                                            Setting{false, 0, -10, Axis::kColumns},
-                                           Setting{false, 1, 3, Axis::kRows}));
+                                           Setting{false, 1, 3, Axis::kRows},
+                                           Setting{true, 1, 10, Axis::kRows, Kernel::kLens},
+                                           Setting{false, 0, 4, Axis::kColumns, Kernel::kLens}));
+
+TEST(OverlapsOf, GivesARayTheCellThatItPasses) {
+  const Display display = Small(true);
+  const RayMap map(display, 1);
+  const AimPlane aim{true, 600};
+  const AimRange range = AimsOf(map, Axis::kColumns, aim, Kernel::kRay);
+  const NodeAxis nodes{range.min, 17.3, static_cast<int>((range.max - range.min) / 17.3) + 2};
+  const SampleAxis samples{-30.3, 0.29};
+  const double layer = map.position_mm();
+  const AxisOverlaps overlaps =
+      OverlapsOf(map, Axis::kColumns, aim, layer, nodes, samples, Kernel::kRay);
+  int rays = 0;
+  for (int node = 0; node < nodes.count; ++node) {
+    for (const Overlap& o : overlaps.nodes[static_cast<std::size_t>(node)]) {
+      const AxisBeam beam = *map.Column(o.slot, o.emitter);
+      EXPECT_NEAR(beam.At(600 - layer), nodes.Centre(node), nodes.step / 2 + 1e-3);
+      // Where the node's ray through the same point of the layer meets z = 0.
+      const double x =
+          beam.element_mm + (beam.element_mm - nodes.Centre(node)) * layer / (600 - layer);
+      EXPECT_NEAR(x, samples.origin_mm + (o.first_sample + o.num_samples / 2.0) * samples.size_mm,
+                  o.num_samples * samples.size_mm / 2 + 1e-6);
+      ++rays;
+    }
+  }
+  EXPECT_GE(rays, 3 * 100);
+}
 
 TEST(OverlapsOf, GivesEveryEmitterWithABeamAWeightOfOne) {
   for (const bool shear : {false, true}) {

@@ -77,6 +77,59 @@ Workspace GridWorkspace(const fs::path& root) {
   return workspace;
 }
 
+TEST(StageDepth, TakesTheDepthThatCameWithTheCapture) {
+  const Workspace workspace = GridWorkspace(ScratchFolder());
+  ViewSet set = LoadViewSet(workspace);
+  for (std::size_t i = 0; i < set.views.size(); ++i) {
+    View& view = set.views[i];
+    Image<float> depth(view.camera.width, view.camera.height, 2.0F + static_cast<float>(i));
+    depth(3, 4) = 0;
+    depth(5, 6) = std::numeric_limits<float>::infinity();
+    view.depth = workspace.root() / (view.name + "_given.exr");
+    std::vector<Channel> channels;
+    channels.push_back({"Z", std::move(depth)});
+    WriteExr(view.depth, channels, ExrType::kFloat);
+  }
+  SaveViewSet(workspace.Stage("poses"), set, {});
+  DepthOptions options;
+  options.source = "given";
+  StageRun run(workspace, "depth", "in", "options");
+  const StageReport report = RunDepth(workspace, options, run, SilentProgress());
+  run.Commit(report, 0, 0);
+  EXPECT_EQ(report.summary[0].second, "given with the capture");
+  for (std::size_t i = 0; i < set.views.size(); ++i) {
+    const DepthMap map = LoadDepthMap(workspace.Stage("depth") / (set.views[i].name + ".exr"));
+    EXPECT_EQ(map.depth(1, 1), 2.0F + static_cast<float>(i));
+    EXPECT_EQ(map.confidence(1, 1), 1);
+    EXPECT_EQ(map.confidence(3, 4), 0);
+    EXPECT_TRUE(std::isinf(map.depth(5, 6)));
+    EXPECT_EQ(map.confidence(5, 6), 1);
+  }
+}
+
+TEST(StageDepth, SaysWhichViewCameWithoutDepthOrWithDepthOfAnotherSize) {
+  const Workspace workspace = GridWorkspace(ScratchFolder());
+  DepthOptions options;
+  options.source = "given";
+  StageRun run(workspace, "depth", "in", "options");
+  const auto message = [&] {
+    try {
+      RunDepth(workspace, options, run, SilentProgress());
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(message().find("came without depth"), std::string::npos) << message();
+  ViewSet set = LoadViewSet(workspace);
+  for (View& view : set.views) view.depth = workspace.root() / "small.exr";
+  std::vector<Channel> channels;
+  channels.push_back({"Z", Image<float>(5, 7, 1.0F)});
+  WriteExr(workspace.root() / "small.exr", channels, ExrType::kFloat);
+  SaveViewSet(workspace.Stage("poses"), set, {});
+  EXPECT_NE(message().find("is 5x7 px, its photograph 64x64 px"), std::string::npos) << message();
+}
+
 struct Stopped {};
 
 // As if the run was killed when so many maps were written.

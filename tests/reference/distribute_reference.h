@@ -25,9 +25,10 @@ inline double ReferenceWeight(const Display& display, int layer, double z) {
   return in_front(layer - 1) - in_front(layer);
 }
 
-// m x m x m x m rays a beam: midpoints of cells of the opening and of the emitter.
+// m x m x m x m rays a beam: midpoints of cells of the opening and of the emitter. A lens bends all
+// light of a point of the emitter into the direction through the opening's middle.
 inline EmitterImage ReferenceEmitters(const AnalyticScene& scene, const Display& display, int layer,
-                                      int slot, int m) {
+                                      int slot, int m, bool lens = false) {
   const RayMap map(display, layer);
   const int k = map.slots_per_axis();
   EmitterImage image{Image<Rgb>(map.columns(), map.rows()),
@@ -46,7 +47,9 @@ inline EmitterImage ReferenceEmitters(const AnalyticScene& scene, const Display&
                                    map.position_mm() - map.d0_mm());
         const Eigen::Vector3d through(x->element_mm + ax * x->aperture_mm,
                                       y->element_mm + ay * y->aperture_mm, map.position_mm());
-        const RaySample sample = scene.Trace({from, from - through});
+        const Eigen::Vector3d middle(x->element_mm, y->element_mm, map.position_mm());
+        const RaySample sample =
+            scene.Trace(lens ? Ray{through, from - middle} : Ray{from, from - through});
         const double weight = ReferenceWeight(display, layer, static_cast<double>(sample.z)) *
                               static_cast<double>(sample.coverage);
         light[0] += weight * static_cast<double>(sample.color.r);

@@ -1,0 +1,106 @@
+#include "pipeline/synth_layers.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "datasets_synthetic/room.h"
+#include "datasets_synthetic/scene.h"
+#include "distribute/displays.h"
+#include "lightfield/error.h"
+#include "lightfield/hash.h"
+#include "lightfield/parallel.h"
+#include "pipeline/make_layers.h"
+#include "pipeline/peak_memory.h"
+
+namespace lamella {
+namespace {
+
+// A scene and the cameras that look at it.
+struct SyntheticCapture {
+  Scene scene;
+  std::vector<View> views;
+};
+
+SyntheticCapture FindSyntheticCapture(const std::string& name) {
+  if (name != "room") throw UsageError("", "there is no scene \"" + name + "\"", "use room");
+  SyntheticCapture capture{Room(1), {}};
+  for (const Rigid& pose : CamerasOnArc(ArcBeforeRoom(), 14, 1)) {
+    View view;
+    view.name = std::to_string(capture.views.size() + 1);
+    view.camera = {.width = 960, .height = 720, .fx = 1008, .fy = 1008, .cx = 480, .cy = 360};
+    view.camera_from_world = pose;
+    capture.views.push_back(view);
+  }
+  return capture;
+}
+
+constexpr double kSamplesPerView = 40000;  // rays that tell where near and far are
+
+// What the reference camera sees, as depths along its axis.
+DepthRange DepthRangeOfScene(const RaySource& scene, const View& reference) {
+  const double shrink = std::max(1.0, std::sqrt(double{1} * reference.camera.width *
+                                                reference.camera.height / kSamplesPerView));
+  const Camera camera = Resized(reference.camera, 1 / shrink);
+  const RayBundle bundle = BundleOfCamera(camera, reference.camera_from_world);
+  Image<RaySample> samples(bundle.width, bundle.height);
+  scene.Query(bundle, {0, 0, bundle.width, bundle.height}, samples.span());
+  std::vector<double> inverse_depths;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const RaySample& sample = samples.data()[i];
+    if (sample.coverage > 0) inverse_depths.push_back(1 / (1 - static_cast<double>(sample.z)));
+  }
+  return DepthRangeOf(std::move(inverse_depths));
+}
+
+LayersRecord PlaceScene(const SynthLayersOptions& options, const RaySource& scene,
+                        const std::vector<View>& views, std::string* note) {
+  LayersRecord record;
+  if (!options.like.empty()) {
+    const LayersRecord like = LoadLayersRecord(Workspace(options.like));
+    record.display = like.display;
+    record.placement = like.placement;
+    return record;
+  }
+  const PlacementOptions& placement = options.layers.placement;
+  record.display = DisplayFor(options.layers);
+  const View& reference = ReferenceView(views, placement.reference_view);
+  const DepthRange range = ChooseDepthRange(placement, FindRegularGrid(views),
+                                            [&] { return DepthRangeOfScene(scene, reference); });
+  record.placement = Place(reference, range.near, range.far, record.display, placement, note);
+  return record;
+}
+
+}  // namespace
+
+std::vector<OptionTable> Describe(SynthLayersOptions& options) {
+  return {Describe(options.layers),
+          {"synth",
+           {{.name = "like",
+             .help = "a workspace whose display and placement are used, so that its layers can be "
+                     "compared with these",
+             .value = &options.like,
+             .flag = "--like"}}}};
+}
+
+StageReport SynthLayers(const SynthLayersOptions& given, const Workspace& workspace,
+                        Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const PeakMemory memory;
+  SynthLayersOptions options = given;
+  const SyntheticCapture capture = FindSyntheticCapture(options.scene);
+  auto scene = std::make_unique<SceneSource>(capture.scene);
+  std::string note;
+  LayersRecord record = PlaceScene(options, *scene, capture.views, &note);
+  StageRun run(workspace, "layers", ContentHash(options.scene + ToToml(record.display)),
+               ContentHash(ToToml(Describe(options))));
+  StageReport report =
+      MakeLayers(std::move(scene), std::move(record), options.layers, note, run, progress);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  run.Commit(report, elapsed.count(), memory.Mib());
+  return report;
+}
+
+}  // namespace lamella
