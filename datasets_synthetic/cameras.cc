@@ -1,6 +1,8 @@
 #include "datasets_synthetic/cameras.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -171,7 +173,7 @@ std::vector<Rigid> CamerasOnArc(const HandheldArc& arc, int num_views, std::uint
 
 OptionTable Describe(CameraLayout& l) {
   const double inf = std::numeric_limits<double>::infinity();
-  const double tiny = std::numeric_limits<double>::min();
+  const double tiny = 1e-12;
   return {
       "cameras",
       {{"layout",
