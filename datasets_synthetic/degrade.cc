@@ -32,8 +32,8 @@ Exposure Draw(const Degradation& d, int view, bool again, std::uint32_t seed,
   Exposure exposure;
   exposure.view = view;
   exposure.again = again;
-  exposure.seed = MixSeeds(MixSeeds(seed, 2 * static_cast<std::uint32_t>(view) + (again ? 1 : 0)),
-                           0x5eed);
+  exposure.seed =
+      MixSeeds(MixSeeds(seed, 2 * static_cast<std::uint32_t>(view) + (again ? 1 : 0)), 0x5eed);
   NormalSequence normal(exposure.seed);
   exposure.exposure = static_cast<float>(std::exp2(d.exposure_ev * normal()));
   exposure.red = static_cast<float>(std::exp2(d.white_balance_ev * normal()));
@@ -70,8 +70,7 @@ double Poisson(double mean, PixelRandom& random) {
     return k;
   }
   const double z = random.Normal();
-  return std::max(
-      0.0, std::floor(mean + std::sqrt(mean - 5.0 / 36) * z + (z * z - 1) / 6 + 0.5));
+  return std::max(0.0, std::floor(mean + std::sqrt(mean - 5.0 / 36) * z + (z * z - 1) / 6 + 0.5));
 }
 
 // What the sensor reports of light of `value`; it holds no more than its full well.
@@ -126,8 +125,8 @@ std::vector<Exposure> ExposuresOf(const Degradation& d, int num_views, std::uint
   }
   const int kept = num_views - d.dropped_views;
   if (d.duplicated_views > kept) {
-    throw UsageError(where, fmt::format("{} of {} views are to be duplicated", d.duplicated_views,
-                                        kept),
+    throw UsageError(where,
+                     fmt::format("{} of {} views are to be duplicated", d.duplicated_views, kept),
                      fmt::format("give duplicated_views = {} at most", kept));
   }
   NormalSequence random(MixSeeds(seed, 0xd20b));

@@ -19,8 +19,8 @@ struct Mesh {
   std::vector<Eigen::Vector3d> normals;              // per vertex, unit; or empty: faceted
 };
 
-// InputError where an index or a list's length does not fit or a number is not finite; `where` names
-// the mesh.
+// InputError where an index or a list's length does not fit or a number is not finite; `where`
+// names the mesh.
 void CheckMesh(const Mesh& mesh, const std::string& where);
 
 // Wavefront .obj (v, vt, vn, f; anything else is passed over; polygons become fans) and Stanford
@@ -41,8 +41,8 @@ Mesh MeshOfSphere(const Eigen::Vector3d& centre, double radius, int n);
 // tube, 3 n round the axis (n >= 3); smooth normals.
 Mesh MeshOfTorus(const Eigen::Vector3d& centre, double radius, double tube, int n);
 
-// z = height(x, y) on a grid of columns x rows cells over [x0, x0 + size_x] x [y0, y0 + size_y], two
-// triangles a cell; (u, v) run over [0, 1]^2 with x and y; faceted.
+// z = height(x, y) on a grid of columns x rows cells over [x0, x0 + size_x] x [y0, y0 + size_y],
+// two triangles a cell; (u, v) run over [0, 1]^2 with x and y; faceted.
 struct HeightField {
   double x0 = 0, y0 = 0, size_x = 1, size_y = 1;
   int columns = 1, rows = 1;

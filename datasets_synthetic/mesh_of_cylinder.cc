@@ -23,8 +23,7 @@ void AddCap(Mesh& mesh, const Vector3d& middle, const Vector3d& outwards, double
   Add(mesh, middle, outwards, {0.5, v});
   const int n = static_cast<int>(rim.size()) - 1;  // the last one is the first one again
   for (int i = 0; i <= n; ++i) {
-    Add(mesh, middle + rim[static_cast<std::size_t>(i)], outwards,
-        {static_cast<double>(i) / n, v});
+    Add(mesh, middle + rim[static_cast<std::size_t>(i)], outwards, {static_cast<double>(i) / n, v});
   }
   for (int i = 1; i <= n; ++i) mesh.triangles.push_back({first, first + i, first + i + 1});
 }

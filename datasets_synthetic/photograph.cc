@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "lightfield/parallel.h"
 
@@ -16,11 +17,11 @@ using Eigen::Vector3d;
 constexpr int kTileRows = 16;
 
 struct Sampling {
-  int rays_per_pixel = 1;         // and axis
-  double footprint_px = 1;        // side of the patch that textures are limited to
-  Vector2d shift{0, 0};           // of the rays on the sensor, px
-  Vector2d lens{0, 0};            // where they pass the lens, in the camera's axes
-  double sharp_at = 1;            // depth at which the whole lens sees one point
+  int rays_per_pixel = 1;   // and axis
+  double footprint_px = 1;  // side of the patch that textures are limited to
+  Vector2d shift{0, 0};     // of the rays on the sensor, px
+  Vector2d lens{0, 0};      // where they pass the lens, in the camera's axes
+  double sharp_at = 1;      // depth at which the whole lens sees one point
 };
 
 // The rays of a camera's pixels, through one point of its lens.
@@ -58,7 +59,20 @@ class CameraRays {
     if (camera_.model == CameraModel::kPinhole) return scene_.Query(bundle_, rectangle, samples);
     for (int y = 0; y < rectangle.height; ++y) {
       for (int x = 0; x < rectangle.width; ++x) {
-        QueryBent(rectangle.x + x, rectangle.y + y, &samples(x, y));
+        samples(x, y) = RaySample{};
+        const std::optional<RayBundle> ray = Bent(rectangle.x + x, rectangle.y + y);
+        if (ray) scene_.Query(*ray, {0, 0, 1, 1}, {&samples(x, y), 1, 1, 1});
+      }
+    }
+  }
+  // Along the optical axis, where all of the lens is one point.
+  void QueryDepth(const Rect& rectangle, ImageSpan<float> depth) const {
+    if (camera_.model == CameraModel::kPinhole) return scene_.QueryDepth(bundle_, rectangle, depth);
+    for (int y = 0; y < rectangle.height; ++y) {
+      for (int x = 0; x < rectangle.width; ++x) {
+        depth(x, y) = 0;
+        const std::optional<RayBundle> ray = Bent(rectangle.x + x, rectangle.y + y);
+        if (ray) scene_.QueryDepth(*ray, {0, 0, 1, 1}, {&depth(x, y), 1, 1, 1});
       }
     }
   }
@@ -68,20 +82,18 @@ class CameraRays {
     return world_from_camera_ * Vector3d(sampling_.lens.x(), sampling_.lens.y(), 0);
   }
   // Where the camera bends rays each one is a bundle of its own.
-  void QueryBent(int x, int y, RaySample* sample) const {
-    *sample = RaySample{};
+  std::optional<RayBundle> Bent(int x, int y) const {
     const double n = sampling_.rays_per_pixel;
     const Vector2d pixel = Vector2d((x + 0.5) / n, (y + 0.5) / n) + sampling_.shift;
     Eigen::Matrix<double, 3, 2> slope;
     const std::optional<Vector3d> direction = Unproject(camera_, pixel, &slope);
-    if (!direction) return;
+    if (!direction) return std::nullopt;
     RayBundle ray = bundle_;
     ray.width = ray.height = 1;
     ray.dx = world_from_camera_.rotation * (sampling_.sharp_at / n * slope.col(0));
     ray.dy = world_from_camera_.rotation * (sampling_.sharp_at / n * slope.col(1));
-    ray.origin =
-        world_from_camera_ * (sampling_.sharp_at * *direction) - 0.5 * (ray.dx + ray.dy);
-    scene_.Query(ray, {0, 0, 1, 1}, {sample, 1, 1, 1});
+    ray.origin = world_from_camera_ * (sampling_.sharp_at * *direction) - 0.5 * (ray.dx + ray.dy);
+    return ray;
   }
 
   const SceneSource& scene_;
@@ -129,12 +141,7 @@ Image<RaySample> Pinhole(const CameraRays& rays, const Camera& camera, Image<flo
   ParallelFor(0, camera.height, kTileRows, [&](std::int64_t first, std::int64_t last) {
     const Rect rows{0, static_cast<int>(first), camera.width, static_cast<int>(last - first)};
     rays.Query(rows, samples.span().Sub(rows));
-    for (int y = rows.y; y < rows.y + rows.height; ++y) {
-      for (int x = 0; x < camera.width; ++x) {
-        const RaySample& sample = samples(x, y);
-        (*depth)(x, y) = sample.coverage > 0 ? 1 - sample.z : 0;
-      }
-    }
+    rays.QueryDepth(rows, depth->span().Sub(rows));
   });
   return samples;
 }

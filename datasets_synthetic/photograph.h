@@ -20,8 +20,8 @@ struct Photograph {
 // A thin lens and an exposure that lasts. The camera's pose is that of the middle of the exposure;
 // over it the camera moves evenly by `motion` and turns by `turn`.
 struct Shutter {
-  double aperture = 0;        // diameter of the lens, world units
-  double focus_distance = 1;  // along the axis, world units
+  double aperture = 0;                               // diameter of the lens, world units
+  double focus_distance = 1;                         // along the axis, world units
   Eigen::Vector3d motion = Eigen::Vector3d::Zero();  // world units, in the camera's axes
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();    // axis times angle in radians, likewise
   int samples = 64;                                  // rays per pixel

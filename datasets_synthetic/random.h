@@ -39,9 +39,9 @@ class NormalSequence {
 class PixelRandom {
  public:
   PixelRandom(std::uint32_t seed, int x, int y)
-      : state_(Scramble((static_cast<std::uint64_t>(seed) << 32U) ^
-                        Scramble((static_cast<std::uint64_t>(y) << 32U) +
-                                 static_cast<std::uint64_t>(x)))) {}
+      : state_(Scramble(
+            (static_cast<std::uint64_t>(seed) << 32U) ^
+            Scramble((static_cast<std::uint64_t>(y) << 32U) + static_cast<std::uint64_t>(x)))) {}
   double Uniform() {  // [0, 1)
     state_ += 0x9e3779b97f4a7c15U;
     return static_cast<double>(Scramble(state_) >> 11U) * 0x1p-53;

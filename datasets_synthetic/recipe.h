@@ -39,7 +39,7 @@ Recipe ReadRecipe(const std::filesystem::path& path, std::optional<std::uint32_t
 Recipe ParseRecipe(const std::string& toml, const std::filesystem::path& file,
                    std::optional<std::uint32_t> seed = {});
 
-std::vector<std::string> RecipeNames();                    // sorted
+std::vector<std::string> RecipeNames();                  // sorted
 std::string RecipeDescription(const std::string& name);  // one line
 // A known name, or else a file. UsageError with the nearest known name where it is neither.
 Recipe FindRecipe(const std::string& name_or_file, std::optional<std::uint32_t> seed = {});

@@ -16,9 +16,9 @@ using AnyTexture = std::variant<Texture, ImageTexture>;
 
 const std::vector<std::string> kPatterns = {"noise",   "spots",   "tiles", "plain",
                                             "grating", "checker", "image"};
-const std::vector<std::string> kTextureKeys = {"name",  "pattern",   "seed",      "scale",
-                                               "octaves", "dark",    "light",     "accent",
-                                               "direction", "frequency", "file", "repeat"};
+const std::vector<std::string> kTextureKeys = {"name",      "pattern",   "seed",  "scale",
+                                               "octaves",   "dark",      "light", "accent",
+                                               "direction", "frequency", "file",  "repeat"};
 
 const std::map<std::string, std::vector<std::string>>& ShapeKeys() {
   static const std::map<std::string, std::vector<std::string>> keys = {
@@ -87,8 +87,8 @@ Parallelogram ReadRectangle(const StrictTable& table) {
   if (table.Has("corner") == table.Has("centre")) {
     throw table.Wrong("corner", table.name() + " needs a corner or a centre", "give one of them");
   }
-  p.corner = table.Has("corner") ? *table.Vector("corner")
-                                 : *table.Vector("centre") - 0.5 * (p.u + p.v);
+  p.corner =
+      table.Has("corner") ? *table.Vector("corner") : *table.Vector("centre") - 0.5 * (p.u + p.v);
   return p;
 }
 
@@ -281,9 +281,9 @@ class SceneReader {
     std::vector<std::string> names;
     for (const auto& [known_name, texture] : textures_) names.push_back(known_name);
     throw surface.Wrong("texture", fmt::format("no [[texture]] is called \"{}\"", name),
-                        names.empty() ? std::string("add one with that name")
-                                      : fmt::format("did you mean \"{}\"?",
-                                                    NearestName(name, names)));
+                        names.empty()
+                            ? std::string("add one with that name")
+                            : fmt::format("did you mean \"{}\"?", NearestName(name, names)));
   }
 
   std::vector<Shape> ReadShapes(const StrictTable& table, const std::string& shape) {
@@ -313,7 +313,8 @@ class SceneReader {
     const int count = table.Whole("count", 1, 100000).value_or(1);
     const Vector3d step = table.Vector("step").value_or(Vector3d::Zero());
     if (count > 1 && step.isZero(0)) {
-      throw table.Wrong("count", "copies at one place", "add step = [x, y, z], from one to the next");
+      throw table.Wrong("count", "copies at one place",
+                        "add step = [x, y, z], from one to the next");
     }
     const std::vector<Shape> shapes = ReadShapes(table, shape);
     for (int i = 0; i < count; ++i) {

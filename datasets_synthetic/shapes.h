@@ -39,8 +39,8 @@ Eigen::Vector3d AnchorOf(const Shape& shape);
 struct ShapePoint {
   Eigen::Vector3d face_normal;  // unit, of the surface itself; which of the two is up to the caller
   Eigen::Vector3d normal;       // unit, interpolated where a mesh has normals, else face_normal
-  Eigen::Vector2d uv{0, 0};     // a parallelogram's (a, b), a mesh's texture coordinates, a sphere's
-                                // longitude and latitude (from z towards x, up to y) over [0, 1]^2
+  Eigen::Vector2d uv{0, 0};  // a parallelogram's (a, b), a mesh's texture coordinates, a sphere's
+                             // longitude and latitude (from z towards x, up to y) over [0, 1]^2
   Eigen::Vector2d uv_per_length{0, 0};  // how fast u and v change along the surface, at most
 };
 // `triangle`: of a mesh, the one that `point` lies on.

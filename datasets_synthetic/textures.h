@@ -12,10 +12,10 @@ namespace lamella {
 
 struct Texture {
   enum class Pattern {
-    kNoise,  // clouds between two colours, veined with the third
-    kSpots,  // round spots of the third colour at several sizes, on clouds
-    kTiles,  // square tiles in the three colours, each of its own brightness, with fine noise
-    kPlain,  // light everywhere
+    kNoise,    // clouds between two colours, veined with the third
+    kSpots,    // round spots of the third colour at several sizes, on clouds
+    kTiles,    // square tiles in the three colours, each of its own brightness, with fine noise
+    kPlain,    // light everywhere
     kGrating,  // (1 + sin(2 pi frequency s)) / 2 of the way from dark to light, s along direction
     kChecker,  // cubes of side `scale` in dark and light, light about the anchor; flat surfaces
                // have squares that begin with a light one at their corner

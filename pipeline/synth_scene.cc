@@ -79,9 +79,8 @@ int SynthScene(Recipe recipe, const fs::path& out, Progress& progress) {
   Check(recipe, {});
   const Degradation& degradation = recipe.degradation;
   const std::vector<View> cameras = CamerasOf(recipe.layout, recipe.seed);
-  const std::vector<Exposure> exposures =
-      ExposuresOf(degradation, static_cast<int>(cameras.size()), recipe.seed,
-                  recipe.layout.distance);
+  const std::vector<Exposure> exposures = ExposuresOf(degradation, static_cast<int>(cameras.size()),
+                                                      recipe.seed, recipe.layout.distance);
   const std::string effective = ToToml(recipe);
   CreateFolder(out / "images");
   CreateFolder(out / "depth");
@@ -98,9 +97,8 @@ int SynthScene(Recipe recipe, const fs::path& out, Progress& progress) {
     view.image = out / "images" / (view.name + "." + recipe.photographs.format);
     const fs::path depth = out / "depth" / (view.name + ".exr");
     const fs::path mask = out / "masks" / (view.name + ".png");
-    Photograph photograph =
-        TakePhotograph(scene, view.camera, view.camera_from_world, exposure.shutter,
-                       recipe.photographs.supersampling);
+    Photograph photograph = TakePhotograph(scene, view.camera, view.camera_from_world,
+                                           exposure.shutter, recipe.photographs.supersampling);
     Degrade(degradation, exposure, view.camera, photograph.color);
     WritePhotograph(view.image, recipe, photograph.color);
     std::error_code error;

@@ -54,7 +54,8 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"broken TOML", "seed = 1\nname = \"x", {"mine.toml:2"}},
         Bad{"unknown key", "seeds = 1" + kBall, {"mine.toml:1", "\"seeds\"", "\"seed\""}},
         Bad{"unknown table", kBall + "[camera]\nviews = 3", {"mine.toml:7", "\"cameras\""}},
-        Bad{"unknown key of the cameras", kBall + "[cameras]\nveiws = 3",
+        Bad{"unknown key of the cameras",
+            kBall + "[cameras]\nveiws = 3",
             {"mine.toml:8", "\"views\""}},
         Bad{"unknown layout", kBall + "[cameras]\nlayout = \"gird\"", {"mine.toml:8", "\"grid\""}},
         Bad{"unknown key of a surface",
@@ -85,21 +86,26 @@ INSTANTIATE_TEST_SUITE_P(
             "[[surface]]\nshape = \"sphere\"\ncentre = [0, nan, 0]\nradius = 1\n"
             "texture = { pattern = \"plain\" }",
             {"mine.toml:3", "nan", "finite"}},
-        Bad{"NaN of an option", kBall + "[cameras]\ndistance = nan",
+        Bad{"NaN of an option",
+            kBall + "[cameras]\ndistance = nan",
             {"mine.toml:8", "distance", "finite"}},
-        Bad{"infinite lamp", kBall + "[lighting]\nlamp_strength = inf",
+        Bad{"infinite lamp",
+            kBall + "[lighting]\nlamp_strength = inf",
             {"mine.toml:8", "lamp_strength", "finite"}},
         Bad{"zero views", kBall + "[cameras]\nviews = 0", {"mine.toml:8", "views"}},
-        Bad{"views that fill no grid", kBall + "[cameras]\nlayout = \"grid\"\nviews = 12",
+        Bad{"views that fill no grid",
+            kBall + "[cameras]\nlayout = \"grid\"\nviews = 12",
             {"mine.toml:7", "12 views", "9"}},
         Bad{"wrong type", kBall + "[cameras]\nviews = \"many\"", {"mine.toml:8", "a number"}},
         Bad{"two numbers for three",
             "[[surface]]\nshape = \"sphere\"\ncentre = [0, 0]\nradius = 1\n"
             "texture = { pattern = \"plain\" }",
             {"mine.toml:3", "three numbers"}},
-        Bad{"missing value", "[[surface]]\nshape = \"sphere\"\ntexture = { pattern = \"plain\" }",
+        Bad{"missing value",
+            "[[surface]]\nshape = \"sphere\"\ntexture = { pattern = \"plain\" }",
             {"mine.toml:1", "\"centre\""}},
-        Bad{"no texture", "[[surface]]\nshape = \"sphere\"\ncentre = [0, 0, 0]\nradius = 1",
+        Bad{"no texture",
+            "[[surface]]\nshape = \"sphere\"\ncentre = [0, 0, 0]\nradius = 1",
             {"mine.toml:1", "texture"}},
         Bad{"colour beyond white",
             "[[surface]]\nshape = \"sphere\"\ncentre = [0, 0, 0]\nradius = 1\n"
@@ -107,11 +113,14 @@ INSTANTIATE_TEST_SUITE_P(
             {"mine.toml:5", "light", "0 to 1"}},
         Bad{"no surface", "seed = 3\n", {"mine.toml:1", "surface"}},
         Bad{"copies at one place", kBall + "count = 3", {"mine.toml:7", "step"}},
-        Bad{"read noise without a full well", kBall + "[degradation]\nread_noise_e = 3",
+        Bad{"read noise without a full well",
+            kBall + "[degradation]\nread_noise_e = 3",
             {"mine.toml:7", "full_well_e"}},
-        Bad{"all views dropped", kBall + "[cameras]\nviews = 3\n[degradation]\ndropped_views = 3",
+        Bad{"all views dropped",
+            kBall + "[cameras]\nviews = 3\n[degradation]\ndropped_views = 3",
             {"mine.toml:9", "dropped_views"}},
-        Bad{"a lens that folds the picture", kBall + "[degradation]\nk1 = -2",
+        Bad{"a lens that folds the picture",
+            kBall + "[degradation]\nk1 = -2",
             {"mine.toml:7", "folds"}},
         Bad{"a newer format", "format_version = 9" + kBall, {"mine.toml:1", "version 1"}},
         Bad{"missing mesh",
@@ -149,8 +158,8 @@ TEST(Recipe, AnUnknownNameOffersTheNearestOne) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ExitCode::kUsage);
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("\"romo\""), HasSubstr("\"room\""),
-                                    HasSubstr("slanted-plane")));
+    EXPECT_THAT(error.what(),
+                AllOf(HasSubstr("\"romo\""), HasSubstr("\"room\""), HasSubstr("slanted-plane")));
   }
   EXPECT_THROW(FindRecipe("nowhere/mine.toml"), Error);
 }

@@ -28,8 +28,8 @@ fs::path WriteRecipe(const fs::path& folder, const std::string& more = {}) {
   Image<Rgb> picture(64, 64);
   for (int y = 0; y < 64; ++y) {
     for (int x = 0; x < 64; ++x) {
-      picture(x, y) = y < 32 ? (x < 32 ? Rgb{1, 0, 0} : Rgb{0, 1, 0})
-                             : (x < 32 ? Rgb{0, 0, 1} : Rgb{1, 1, 1});
+      picture(x, y) =
+          y < 32 ? (x < 32 ? Rgb{1, 0, 0} : Rgb{0, 1, 0}) : (x < 32 ? Rgb{0, 0, 1} : Rgb{1, 1, 1});
     }
   }
   WriteSrgb8(folder / "picture.png", picture.span());
