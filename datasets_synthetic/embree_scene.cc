@@ -1,20 +1,11 @@
 #include "datasets_synthetic/embree_scene.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
 
-#include <immintrin.h>
-
-// Debian 12 has Embree 3.13; Embree 4 dropped the context of a query for optional arguments.
-#if __has_include(<embree4/rtcore.h>)
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
+#include "datasets_synthetic/embree_api-inl.h"
 #include "lightfield/error.h"
 
 namespace lamella {
@@ -25,79 +16,59 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Embree is meant to run with denormals flushed; nobody else's arithmetic may notice.
-class FlushDenormals {
- public:
-  FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | 0x8040); }  // FTZ | DAZ
-  ~FlushDenormals() { _mm_setcsr(saved_); }
-  FlushDenormals(const FlushDenormals&) = delete;
-  FlushDenormals& operator=(const FlushDenormals&) = delete;
-
- private:
-  unsigned saved_;
+// What the callback needs besides Embree's own rays. Embree hands the context through.
+struct PacketQuery {
+  EmbreeContext context;  // first, so that a pointer to it is a pointer to the query
+  const RayPacket* rays = nullptr;
+  const double* t_start = nullptr;
+  const double* per_t = nullptr;
+  PacketHits* hits = nullptr;
 };
 
-struct DeviceRelease {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-};
-struct SceneRelease {
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
-using DevicePtr = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
-using ScenePtr = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
+// Where two t are the same, but for the rounding of what they were computed from.
+double SameWithin(double t, double per_t) { return 1e-12 * std::abs(t) + 1e-15 / per_t; }
 
-#if RTC_VERSION_MAJOR >= 4
-using Context = RTCRayQueryContext;
-void InitContext(Context* context) { rtcInitRayQueryContext(context); }
-void Intersect(RTCScene scene, Context* context, RTCRayHit* rayhit) {
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.context = context;
-  rtcIntersect1(scene, rayhit, &arguments);
+bool IsNearer(double t, int surface, const PacketHits& best, int i, double per_t) {
+  if (best.surface[i] < 0) return true;
+  const double same = SameWithin(best.t[i], per_t);
+  return t < best.t[i] - same || (t <= best.t[i] + same && surface < best.surface[i]);
 }
-#else
-using Context = RTCIntersectContext;
-void InitContext(Context* context) { rtcInitIntersectContext(context); }
-void Intersect(RTCScene scene, Context* context, RTCRayHit* rayhit) {
-  rtcIntersect1(scene, context, rayhit);
+
+DevicePtr NewDevice() {
+  DevicePtr device(rtcNewDevice(nullptr));
+  if (device) return device;
+  throw MachineError("",
+                     "Embree can't be started (error " +
+                         std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))) + ")",
+                     "check free memory and the package libembree3-3");
 }
-#endif
-
-// What the callback needs besides Embree's own ray. Embree hands the context through.
-struct Query {
-  Context context;  // first, so that a pointer to it is a pointer to the query
-  const Ray* ray = nullptr;
-  double t_min = 0;
-  double t_offset = 0, t_scale = 1;  // Embree's t = (t - t_offset) * t_scale
-  std::optional<SurfaceHit> best;
-};
-
-// Outwards to the next float and a little further, so that nothing is lost at a boundary.
-float RoundUp(double value) { return static_cast<float>(value + 1e-6 * std::abs(value) + 1e-7); }
-float RoundDown(double value) { return -RoundUp(-value); }
 
 }  // namespace
 
 struct EmbreeScene::Impl {
-  std::vector<AlignedBox3d> bounds;
-  SurfaceIntersection intersection;
-  // Embree's coordinates are (point - centre) / radius: single precision then suffices to find
-  // candidates wherever the scene lies and however large it is.
-  Vector3d centre = Vector3d::Zero();
-  double radius = 1;
+  struct Part {
+    const Shape* shape = nullptr;
+    AlignedBox3d bounds;
+    std::optional<EmbreeMesh> mesh;
+    int surface = 0;
+  };
+  std::vector<double> sizes;         // of all surfaces
+  std::vector<const Part*> part_of;  // of a surface; null: nothing to meet
   DevicePtr device;
+  std::vector<Part> parts;  // what there is to meet, in the order of the surfaces
+  Frame frame;
   ScenePtr scene;
 
   static void Bounds(const RTCBoundsFunctionArguments* arguments);
-  static void IntersectOne(const RTCIntersectFunctionNArguments* arguments);
-  std::optional<std::pair<double, double>> ClipToScene(const Ray& ray, double t_min) const;
+  static void AskPart(const RTCIntersectFunctionNArguments* arguments);
+  void Build();
 };
 
 void EmbreeScene::Impl::Bounds(const RTCBoundsFunctionArguments* arguments) {
   const auto& impl = *static_cast<const Impl*>(arguments->geometryUserPtr);
-  const AlignedBox3d& box = impl.bounds[arguments->primID];
-  const Vector3d lower = (box.min() - impl.centre) / impl.radius;
-  const Vector3d upper = (box.max() - impl.centre) / impl.radius;
+  const AlignedBox3d& box = impl.parts[arguments->primID].bounds;
+  const Vector3d lower = (box.min() - impl.frame.centre) / impl.frame.radius;
+  const Vector3d upper = (box.max() - impl.frame.centre) / impl.frame.radius;
   RTCBounds& out = *arguments->bounds_o;
   out.lower_x = RoundDown(lower.x());
   out.lower_y = RoundDown(lower.y());
@@ -107,111 +78,163 @@ void EmbreeScene::Impl::Bounds(const RTCBoundsFunctionArguments* arguments) {
   out.upper_z = RoundUp(upper.z());
 }
 
-void EmbreeScene::Impl::IntersectOne(const RTCIntersectFunctionNArguments* arguments) {
-  if (arguments->valid[0] == 0) return;
+namespace {
+
+// Lanes of `valid` whose ray meets the shape get its t.
+void AskShape(const Shape& shape, const RayPacket& rays, const int* valid, int surface,
+              PacketHits* hits) {
+  for (int i = 0; i < kPacketRays; ++i) {
+    if (valid[i] == 0) continue;
+    const Ray ray = rays.At(i);
+    const auto* sphere = std::get_if<Sphere>(&shape);
+    const std::optional<double> t =
+        sphere != nullptr
+            ? Intersect(*sphere, ray, rays.t_min[i], rays.t_max[i])
+            : Intersect(std::get<Parallelogram>(shape), ray, rays.t_min[i], rays.t_max[i]);
+    if (!t) continue;
+    hits->t[i] = *t;
+    hits->surface[i] = surface;
+    hits->triangle[i] = 0;
+  }
+}
+
+}  // namespace
+
+// Embree may split a packet: the rays' ids say which of ours are asked.
+void EmbreeScene::Impl::AskPart(const RTCIntersectFunctionNArguments* arguments) {
   const auto& impl = *static_cast<const Impl*>(arguments->geometryUserPtr);
-  auto& query = *reinterpret_cast<Query*>(arguments->context);
-  const int index = static_cast<int>(arguments->primID);
-  const std::optional<double> t = impl.intersection(index, *query.ray, query.t_min, kInfinity);
-  if (!t) return;
-  const bool nearer =
-      !query.best || *t < query.best->t || (*t == query.best->t && index < query.best->surface);
-  if (!nearer) return;
-  query.best = SurfaceHit{index, *t};
-  // Rounded up: surfaces that are as near in single precision are still asked.
-  auto& rayhit = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
-  rayhit.ray.tfar = std::max(0.0F, RoundUp((*t - query.t_offset) * query.t_scale));
-  rayhit.hit.primID = arguments->primID;
-  rayhit.hit.geomID = arguments->geomID;
+  const auto& query = *reinterpret_cast<const PacketQuery*>(arguments->context);
+  const Part& part = impl.parts[arguments->primID];
+  PacketHits& best = *query.hits;
+  RTCRayN* const rays = RTCRayHitN_RayN(arguments->rayhit, arguments->N);
+  alignas(64) int valid[kPacketRays] = {};
+  for (unsigned lane = 0; lane < arguments->N; ++lane) {
+    if (arguments->valid[lane] != 0) valid[RTCRayN_id(rays, arguments->N, lane)] = -1;
+  }
+  PacketHits found;
+  std::fill(std::begin(found.surface), std::end(found.surface), -1);
+  if (part.mesh) {
+    alignas(64) double t_max[kPacketRays];  // nothing is asked for behind what was found
+    for (int i = 0; i < kPacketRays; ++i) {
+      t_max[i] = best.surface[i] < 0 ? query.rays->t_max[i]
+                                     : best.t[i] + 2 * SameWithin(best.t[i], query.per_t[i]);
+    }
+    part.mesh->FirstHits(*query.rays, valid, t_max, part.surface, &found);
+  } else {
+    AskShape(*part.shape, *query.rays, valid, part.surface, &found);
+  }
+  for (unsigned lane = 0; lane < arguments->N; ++lane) {
+    if (arguments->valid[lane] == 0) continue;
+    const auto i = static_cast<int>(RTCRayN_id(rays, arguments->N, lane));
+    if (found.surface[i] < 0 || !IsNearer(found.t[i], part.surface, best, i, query.per_t[i])) {
+      continue;
+    }
+    best.t[i] = found.t[i];
+    best.surface[i] = found.surface[i];
+    best.triangle[i] = found.triangle[i];
+    // Rounded up: surfaces that are as near in single precision are still asked.
+    const double far = (found.t[i] - query.t_start[i]) * query.per_t[i];
+    RTCRayN_tfar(rays, arguments->N, lane) = std::max(0.0F, RoundUp(far));
+    RTCHitN* const hit = RTCRayHitN_HitN(arguments->rayhit, arguments->N);
+    RTCHitN_primID(hit, arguments->N, lane) = arguments->primID;
+    RTCHitN_geomID(hit, arguments->N, lane) = arguments->geomID;
+  }
 }
 
-// The part of the ray within the sphere about the scene, from t_min on.
-std::optional<std::pair<double, double>> EmbreeScene::Impl::ClipToScene(const Ray& ray,
-                                                                        double t_min) const {
-  const double length2 = ray.direction.squaredNorm();
-  if (!(length2 > 0) || !std::isfinite(length2)) return std::nullopt;
-  const double t_closest = (centre - ray.origin).dot(ray.direction) / length2;
-  const Vector3d closest = ray.origin + t_closest * ray.direction - centre;
-  const double half2 = 1.01 * 1.01 * radius * radius - closest.squaredNorm();
-  if (!(half2 > 0)) return std::nullopt;
-  const double half = std::sqrt(half2 / length2);
-  const double first = std::max(t_min, t_closest - half), last = t_closest + half;
-  if (!(first < last)) return std::nullopt;
-  return std::pair(first, last);
-}
-
-EmbreeScene::EmbreeScene(std::vector<AlignedBox3d> bounds, SurfaceIntersection intersection)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->bounds = std::move(bounds);
-  impl_->intersection = std::move(intersection);
-  if (impl_->bounds.empty()) return;
+void EmbreeScene::Impl::Build() {
   AlignedBox3d all;
-  for (const AlignedBox3d& box : impl_->bounds) all.extend(box);
-  impl_->centre = all.center();
-  impl_->radius = std::max(0.5 * all.diagonal().norm(), std::numeric_limits<double>::min());
-
-  const FlushDenormals flush;
-  impl_->device.reset(rtcNewDevice(nullptr));
-  if (!impl_->device) {
-    throw MachineError("",
-                       "Embree can't be started (error " +
-                           std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))) + ")",
-                       "check free memory and the package libembree3-3");
-  }
-  impl_->scene.reset(rtcNewScene(impl_->device.get()));
-  rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_ROBUST);
-  RTCGeometry geometry = rtcNewGeometry(impl_->device.get(), RTC_GEOMETRY_TYPE_USER);
-  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(impl_->bounds.size()));
-  rtcSetGeometryUserData(geometry, impl_.get());
+  for (const Part& part : parts) all.extend(part.bounds);
+  frame.centre = 0.5 * all.min() + 0.5 * all.max();
+  frame.radius = std::max(0.5 * (all.max() - all.min()).norm(), std::numeric_limits<double>::min());
+  scene.reset(rtcNewScene(device.get()));
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(parts.size()));
+  rtcSetGeometryUserData(geometry, this);
   rtcSetGeometryBoundsFunction(geometry, &Impl::Bounds, nullptr);
-  rtcSetGeometryIntersectFunction(geometry, &Impl::IntersectOne);
+  rtcSetGeometryIntersectFunction(geometry, &Impl::AskPart);
   rtcCommitGeometry(geometry);
-  rtcAttachGeometry(impl_->scene.get(), geometry);
+  rtcAttachGeometry(scene.get(), geometry);
   rtcReleaseGeometry(geometry);
-  rtcCommitScene(impl_->scene.get());
-  const RTCError error = rtcGetDeviceError(impl_->device.get());
-  if (error != RTC_ERROR_NONE) {
-    throw MachineError(
-        "", "Embree can't build the scene (error " + std::to_string(static_cast<int>(error)) + ")",
-        "use a smaller scene or free some memory");
+  rtcCommitScene(scene.get());
+  ThrowEmbreeError(device.get());
+}
+
+EmbreeScene::EmbreeScene(std::vector<const Shape*> shapes) : impl_(std::make_unique<Impl>()) {
+  const FlushDenormals flush;
+  impl_->parts.reserve(shapes.size());
+  impl_->part_of.assign(shapes.size(), nullptr);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const AlignedBox3d bounds = BoundsOf(*shapes[i]);
+    impl_->sizes.push_back(bounds.isEmpty() ? 0 : 0.5 * (bounds.max() - bounds.min()).norm());
+    const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(shapes[i]);
+    if (mesh != nullptr && (*mesh)->triangles.empty()) continue;
+    if (!impl_->device) impl_->device = NewDevice();
+    Impl::Part& part = impl_->parts.emplace_back();
+    part.shape = shapes[i];
+    part.bounds = bounds;
+    part.surface = static_cast<int>(i);
+    if (mesh != nullptr) part.mesh.emplace(impl_->device.get(), **mesh);
+    impl_->part_of[i] = &part;
   }
+  if (!impl_->parts.empty()) impl_->Build();
 }
 
 EmbreeScene::~EmbreeScene() = default;
 EmbreeScene::EmbreeScene(EmbreeScene&&) noexcept = default;
 EmbreeScene& EmbreeScene::operator=(EmbreeScene&&) noexcept = default;
 
+double EmbreeScene::SizeOf(int surface) const {
+  return impl_->sizes[static_cast<std::size_t>(surface)];
+}
+
+const EmbreeMesh* EmbreeScene::MeshOf(int surface) const {
+  const Impl::Part* part = impl_->part_of[static_cast<std::size_t>(surface)];
+  return part != nullptr && part->mesh ? &*part->mesh : nullptr;
+}
+
 std::optional<SurfaceHit> EmbreeScene::FirstHit(const Ray& ray, double t_min) const {
-  if (impl_->bounds.empty()) return std::nullopt;
-  const auto clipped = impl_->ClipToScene(ray, t_min);
-  if (!clipped) return std::nullopt;
-  const auto [first, last] = *clipped;
-  const double length = ray.direction.norm();
-  const Vector3d origin = (ray.origin + first * ray.direction - impl_->centre) / impl_->radius;
-  const Vector3d direction = ray.direction / length;
-
-  Query query;
-  InitContext(&query.context);
-  query.ray = &ray;
-  query.t_min = t_min;
-  query.t_offset = first;
-  query.t_scale = length / impl_->radius;
-
-  RTCRayHit rayhit{};
-  rayhit.ray.org_x = static_cast<float>(origin.x());
-  rayhit.ray.org_y = static_cast<float>(origin.y());
-  rayhit.ray.org_z = static_cast<float>(origin.z());
-  rayhit.ray.dir_x = static_cast<float>(direction.x());
-  rayhit.ray.dir_y = static_cast<float>(direction.y());
-  rayhit.ray.dir_z = static_cast<float>(direction.z());
-  rayhit.ray.tnear = 0;
-  rayhit.ray.tfar = RoundUp((last - first) * query.t_scale);
-  rayhit.ray.mask = ~0U;
-  rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  if (impl_->parts.empty()) return std::nullopt;
+  FramedRay framed;
+  if (!ToFrame(ray, t_min, kInfinity, 0, impl_->frame, &framed)) return std::nullopt;
+  // A packet of which Embree's one ray asks the first lane.
+  RayPacket rays{};
+  for (int axis = 0; axis < 3; ++axis) {
+    rays.origin[axis][0] = ray.origin(axis);
+    rays.direction[axis][0] = ray.direction(axis);
+  }
+  rays.t_min[0] = t_min;
+  rays.t_max[0] = kInfinity;
+  PacketHits hits;
+  std::fill(std::begin(hits.surface), std::end(hits.surface), -1);
+  double t_start[kPacketRays] = {framed.t_start}, per_t[kPacketRays] = {framed.per_t};
+  PacketQuery query;
+  query.rays = &rays;
+  query.t_start = t_start;
+  query.per_t = per_t;
+  query.hits = &hits;
   const FlushDenormals flush;
-  Intersect(impl_->scene.get(), &query.context, &rayhit);
-  return query.best;
+  Intersect1(impl_->scene.get(), &query.context, nullptr, &framed.rayhit);
+  if (hits.surface[0] < 0) return std::nullopt;
+  return SurfaceHit{hits.surface[0], hits.t[0], hits.triangle[0]};
+}
+
+void EmbreeScene::FirstHits(const RayPacket& rays, PacketHits* hits) const {
+  std::fill(std::begin(hits->surface), std::end(hits->surface), -1);
+  if (impl_->parts.empty()) return;
+  const FlushDenormals flush;
+  if (impl_->parts.size() == 1 && impl_->parts[0].mesh) {
+    impl_->parts[0].mesh->FirstHits(rays, rays.active, rays.t_max, impl_->parts[0].surface, hits);
+    return;
+  }
+  FramedPacket framed;
+  ToFrame(rays, rays.active, rays.t_max, 0, impl_->frame, &framed);
+  PacketQuery query;
+  query.rays = &rays;
+  query.t_start = framed.t_start;
+  query.per_t = framed.per_t;
+  query.hits = hits;
+  Intersect16(framed.valid, impl_->scene.get(), &query.context, &framed.rayhit);
 }
 
 }  // namespace lamella

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace lamella {
 namespace {
@@ -121,6 +122,42 @@ Rgb TiledColor(const Texture& texture, const Vector3d& point, double footprint) 
   return Mix(color, black, grout * 0.03 / joint);
 }
 
+// The box's extent along an axis (unit): that of the patch, which has none along its normal.
+double ExtentAlong(const Vector3d& axis, double footprint, const Vector3d& normal) {
+  const double c = axis.dot(normal);
+  return footprint * std::sqrt(std::max(0.0, 1 - c * c));
+}
+
+// The mean of sin(2 pi f s) over a length w about s is sin(2 pi f s) sin(pi f w) / (pi f w).
+double Grating(const Texture& texture, const Vector3d& point, double footprint,
+               const Vector3d& normal) {
+  const Vector3d axis = texture.direction.normalized();
+  const double x = std::numbers::pi * texture.frequency * ExtentAlong(axis, footprint, normal);
+  const double kept = std::abs(x) < 1e-8 ? 1 : std::sin(x) / x;
+  return kept * std::sin(2 * std::numbers::pi * texture.frequency * axis.dot(point));
+}
+
+// The mean over [x - w/2, x + w/2] of the square wave that is 1 on [-1/2, 1/2] and -1 on the next
+// unit: the difference of its integral, a triangle wave.
+double MeanOfSquareWave(double x, double w) {
+  const auto integral = [](double s) {
+    const double r = s - 2 * std::round(s / 2);  // period 2, in [-1, 1]
+    return std::abs(r) <= 0.5 ? r : std::copysign(1 - std::abs(r), r);
+  };
+  if (w < 1e-9) return std::abs(x - 2 * std::round(x / 2)) <= 0.5 ? 1 : -1;
+  return (integral(x + 0.5 * w) - integral(x - 0.5 * w)) / w;
+}
+
+double Checker(const Texture& texture, const Vector3d& point, double footprint,
+               const Vector3d& normal) {
+  double sign = 1;
+  for (int i = 0; i < 3; ++i) {
+    const double extent = ExtentAlong(Vector3d::Unit(i), footprint, normal);
+    sign *= MeanOfSquareWave(point(i) / texture.scale, extent / texture.scale);
+  }
+  return sign;
+}
+
 }  // namespace
 
 double GradientNoise(const Vector3d& point, std::uint32_t seed) {
@@ -138,7 +175,8 @@ double GradientNoise(const Vector3d& point, std::uint32_t seed) {
       w);
 }
 
-Rgb ColorAt(const Texture& texture, const Vector3d& point, double footprint) {
+Rgb ColorAt(const Texture& texture, const Vector3d& point, double footprint,
+            const Vector3d& normal) {
   Rgb color;
   switch (texture.pattern) {
     case Texture::Pattern::kNoise: {
@@ -157,6 +195,14 @@ Rgb ColorAt(const Texture& texture, const Vector3d& point, double footprint) {
     case Texture::Pattern::kTiles:
       color = TiledColor(texture, point, footprint);
       break;
+    case Texture::Pattern::kPlain:
+      return texture.light;
+    case Texture::Pattern::kGrating:
+      return Mix(texture.dark, texture.light,
+                 0.5 + 0.5 * Grating(texture, point, footprint, normal));
+    case Texture::Pattern::kChecker:
+      return Mix(texture.dark, texture.light,
+                 0.5 + 0.5 * Checker(texture, point, footprint, normal));
   }
   const auto clamp = [](float c) { return std::clamp(c, 0.0F, 1.0F); };
   return {clamp(color.r), clamp(color.g), clamp(color.b)};

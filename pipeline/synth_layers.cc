@@ -6,9 +6,8 @@
 #include <memory>
 #include <utility>
 
-#include "datasets_synthetic/room.h"
+#include "datasets_synthetic/recipe.h"
 #include "datasets_synthetic/scene.h"
-#include "distribute/displays.h"
 #include "lightfield/error.h"
 #include "lightfield/hash.h"
 #include "lightfield/parallel.h"
@@ -17,25 +16,6 @@
 
 namespace lamella {
 namespace {
-
-// A scene and the cameras that look at it.
-struct SyntheticCapture {
-  Scene scene;
-  std::vector<View> views;
-};
-
-SyntheticCapture FindSyntheticCapture(const std::string& name) {
-  if (name != "room") throw UsageError("", "there is no scene \"" + name + "\"", "use room");
-  SyntheticCapture capture{Room(1), {}};
-  for (const Rigid& pose : CamerasOnArc(ArcBeforeRoom(), 14, 1)) {
-    View view;
-    view.name = std::to_string(capture.views.size() + 1);
-    view.camera = {.width = 960, .height = 720, .fx = 1008, .fy = 1008, .cx = 480, .cy = 360};
-    view.camera_from_world = pose;
-    capture.views.push_back(view);
-  }
-  return capture;
-}
 
 constexpr double kSamplesPerView = 40000;  // rays that tell where near and far are
 
@@ -90,11 +70,13 @@ StageReport SynthLayers(const SynthLayersOptions& given, const Workspace& worksp
   const auto start = std::chrono::steady_clock::now();
   const PeakMemory memory;
   SynthLayersOptions options = given;
-  const SyntheticCapture capture = FindSyntheticCapture(options.scene);
-  auto scene = std::make_unique<SceneSource>(capture.scene);
+  Recipe recipe = FindRecipe(options.scene);
+  const std::string inputs = ToToml(recipe);
+  auto scene = std::make_unique<SceneSource>(std::move(recipe.scene));
   std::string note;
-  LayersRecord record = PlaceScene(options, *scene, capture.views, &note);
-  StageRun run(workspace, "layers", ContentHash(options.scene + ToToml(record.display)),
+  LayersRecord record =
+      PlaceScene(options, *scene, CamerasOf(recipe.layout, recipe.seed, options.scene), &note);
+  StageRun run(workspace, "layers", ContentHash(inputs + ToToml(record.display)),
                ContentHash(ToToml(Describe(options))));
   StageReport report =
       MakeLayers(std::move(scene), std::move(record), options.layers, note, run, progress);

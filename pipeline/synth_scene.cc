@@ -1,13 +1,16 @@
 #include "pipeline/synth_scene.h"
 
+#include <algorithm>
+#include <cmath>
+#include <regex>
+#include <set>
+#include <string>
 #include <vector>
 
-#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "datasets_synthetic/photograph.h"
-#include "datasets_synthetic/room.h"
 #include "lightfield/atomic_file.h"
-#include "lightfield/color.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "pipeline/capture/transforms_json.h"
@@ -16,90 +19,106 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-// A moderate telephoto, as a photographer would take: 51 degrees across.
-constexpr double kFocalPerWidth = 1.05;
+using nlohmann::json;
 
-Camera CameraOf(const SynthSceneOptions& options) {
-  Camera camera;
-  camera.width = options.width_px;
-  camera.height = (options.width_px * 3 + 2) / 4;
-  camera.fx = camera.fy = kFocalPerWidth * camera.width;
-  camera.cx = 0.5 * camera.width;
-  camera.cy = 0.5 * camera.height;
-  return camera;
+void WritePhotograph(const fs::path& file, const Recipe& recipe, const Image<Rgb>& linear) {
+  if (recipe.photographs.format != "exr") {
+    WriteCodes8(file, EncodeSrgb8(linear.span()).span(), recipe.degradation.jpeg_quality);
+    return;
+  }
+  std::vector<Channel> channels;
+  for (const auto& [name, colour] : {std::pair{"R", &Rgb::r}, {"G", &Rgb::g}, {"B", &Rgb::b}}) {
+    Image<float> pixels(linear.width(), linear.height());
+    for (std::size_t i = 0; i < linear.size(); ++i) pixels.data()[i] = linear.data()[i].*colour;
+    channels.push_back({name, std::move(pixels)});
+  }
+  WriteExr(file, channels, ExrType::kFloat);
 }
 
-Image<Rgb8> Encoded(const Image<Rgb>& linear) {
-  Image<Rgb8> codes(linear.width(), linear.height());
-  for (std::size_t i = 0; i < linear.size(); ++i) {
-    const Rgb& c = linear.data()[i];
-    codes.data()[i] = {LinearToSrgb8(c.r), LinearToSrgb8(c.g), LinearToSrgb8(c.b)};
+// Where the scene ends; nothing is written where it ends nowhere.
+void WriteMask(const fs::path& file, const Image<float>& depth) {
+  Image<std::uint8_t> mask(depth.width(), depth.height());
+  std::transform(depth.data(), depth.data() + depth.size(), mask.data(), [](float z) {
+    return static_cast<std::uint8_t>(std::isfinite(z) && z > 0 ? 255 : 0);
+  });
+  if (std::all_of(mask.data(), mask.data() + mask.size(), [](auto m) { return m == 255; })) return;
+  CreateFolder(file.parent_path());
+  WriteGrey8(file, mask.span());
+}
+
+json Drawn(const View& view, const Exposure& exposure) {
+  const Shutter& shutter = exposure.shutter;
+  const auto numbers = [](const Eigen::Vector3d& v) { return json{v.x(), v.y(), v.z()}; };
+  return {{"name", view.name},
+          {"exposure", exposure.exposure},
+          {"red", exposure.red},
+          {"blue", exposure.blue},
+          {"motion", numbers(shutter.motion)},
+          {"turn_rad", numbers(shutter.turn)},
+          {"aperture", shutter.aperture},
+          {"focus_distance", shutter.focus_distance}};
+}
+
+// Of an earlier call: files with names that are given here and that this call did not write.
+void RemoveStale(const fs::path& out, const std::set<fs::path>& written) {
+  static const std::regex ours(R"(view_\d{3,}(_again)?\.(jpg|png|exr))");
+  for (const char* folder : {"images", "depth", "masks"}) {
+    std::error_code error;
+    std::vector<fs::path> stale;
+    for (const auto& entry : fs::directory_iterator(out / folder, error)) {
+      const bool is_ours = std::regex_match(entry.path().filename().string(), ours);
+      if (is_ours && !written.contains(entry.path())) stale.push_back(entry.path());
+    }
+    for (const fs::path& file : stale) fs::remove(file, error);
   }
-  return codes;
 }
 
 }  // namespace
 
-OptionTable Describe(SynthSceneOptions& options) {
-  return {
-      "synth",
-      {{"views", "number of photographs", &options.views, 1, 1000, {}, "--views"},
-       {"width_px", "width of the photographs, px", &options.width_px, 16, 16384, {}, "--width-px"},
-       {"seed",
-        "of textures and of the camera's unsteadiness",
-        &options.seed,
-        0,
-        1e9,
-        {},
-        "--seed"},
-       {"supersampling",
-        "rays per pixel and axis where surfaces meet",
-        &options.supersampling,
-        1,
-        32,
-        {},
-        "--supersampling"},
-       {"jpeg_quality",
-        "of the photographs",
-        &options.jpeg_quality,
-        1,
-        100,
-        {},
-        "--jpeg-quality"}}};
-}
-
-void SynthScene(const SynthSceneOptions& options, const fs::path& out, Progress& progress) {
-  const std::vector<std::string> known = {"room"};
-  if (options.name != "room") {
-    throw UsageError("", fmt::format("there is no scene \"{}\"", options.name),
-                     fmt::format("use {}", NearestName(options.name, known)));
-  }
-  const auto seed = static_cast<std::uint32_t>(options.seed);
-  const SceneSource scene(Room(seed));
-  const Camera camera = CameraOf(options);
-  const std::vector<Rigid> poses = CamerasOnArc(ArcBeforeRoom(), options.views, seed);
-
+int SynthScene(Recipe recipe, const fs::path& out, Progress& progress) {
+  Check(recipe, {});
+  const Degradation& degradation = recipe.degradation;
+  const std::vector<View> cameras = CamerasOf(recipe.layout, recipe.seed);
+  const std::vector<Exposure> exposures = ExposuresOf(degradation, static_cast<int>(cameras.size()),
+                                                      recipe.seed, recipe.layout.distance);
+  const std::string effective = ToToml(recipe);
   CreateFolder(out / "images");
   CreateFolder(out / "depth");
-  progress.Start("photographs", options.views, "views");
+  progress.Start("photographs", static_cast<std::int64_t>(exposures.size()), "views");
+  const SceneSource scene(std::move(recipe.scene));
+
   TransformsJson transforms;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const std::string name = fmt::format("view_{:03}", i + 1);
-    const fs::path file = out / "images" / (name + ".jpg");
-    Photograph photograph = TakePhotograph(scene, camera, poses[i], options.supersampling);
-    WriteCodes8(file, Encoded(photograph.color).span(), options.jpeg_quality);
+  json drawn = json::array();
+  std::set<fs::path> written;
+  for (const Exposure& exposure : exposures) {
+    View view = cameras[static_cast<std::size_t>(exposure.view)];
+    if (exposure.again) view.name += "_again";
+    view.camera = Distorted(view.camera, degradation);
+    view.image = out / "images" / (view.name + "." + recipe.photographs.format);
+    const fs::path depth = out / "depth" / (view.name + ".exr");
+    const fs::path mask = out / "masks" / (view.name + ".png");
+    Photograph photograph = TakePhotograph(scene, view.camera, view.camera_from_world,
+                                           exposure.shutter, recipe.photographs.supersampling);
+    Degrade(degradation, exposure, view.camera, photograph.color);
+    WritePhotograph(view.image, recipe, photograph.color);
+    std::error_code error;
+    fs::remove(mask, error);  // an earlier call's
+    WriteMask(mask, photograph.depth);
     std::vector<Channel> channels;
     channels.push_back({"Z", std::move(photograph.depth)});
-    WriteExr(out / "depth" / (name + ".exr"), channels, ExrType::kFloat);
-    View view;
-    view.name = name;
-    view.image = file;
-    view.camera = camera;
-    view.camera_from_world = poses[i];
+    WriteExr(depth, channels, ExrType::kFloat);
+    written.insert({view.image, depth, mask});
+    if (view.camera.model == CameraModel::kPinhole) view.depth = depth;
+    drawn.push_back(Drawn(view, exposure));
     transforms.views.push_back(std::move(view));
     progress.Advance();
   }
+  RemoveStale(out, written);
   WriteTransformsJson(out / "transforms.json", transforms);
+  WriteTextAtomically(out / "recipe.toml", effective);
+  WriteTextAtomically(out / "degradation.json",
+                      json{{"format_version", 1}, {"views", std::move(drawn)}}.dump(1) + "\n");
+  return static_cast<int>(exposures.size());
 }
 
 }  // namespace lamella

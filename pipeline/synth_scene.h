@@ -1,30 +1,22 @@
-// A generated capture: photographs of a named scene, with exact poses and depth beside them.
+// A generated capture: photographs of a recipe's scene, with exact truth beside them.
 #pragma once
 
 #include <filesystem>
-#include <string>
 
-#include "lightfield/options.h"
+#include "datasets_synthetic/recipe.h"
 #include "lightfield/progress.h"
 
 namespace lamella {
 
-struct SynthSceneOptions {
-  std::string name = "room";
-  int views = 14;
-  int width_px = 960;     // of the photographs; their height is 3/4 of it
-  int seed = 1;           // of textures and of the camera's unsteadiness
-  int supersampling = 4;  // rays per pixel and axis where surfaces meet
-  int jpeg_quality = 95;
-};
-OptionTable Describe(SynthSceneOptions& options);
-
-// Writes into `out`:
-//   images/NAME.jpg    the photographs, without EXIF
-//   depth/NAME.exr     channel Z: depth along the optical axis, exact; +inf where there is no
-//   surface transforms.json    exact cameras and poses (nerfstudio form)
-// A file's bytes depend on the options alone. UsageError where the scene is unknown.
-void SynthScene(const SynthSceneOptions& options, const std::filesystem::path& out,
-                Progress& progress);
+// Writes into `out`, each file atomically:
+//   images/NAME.jpg    the photographs (or .png, .exr), without EXIF
+//   depth/NAME.exr     channel Z: depth along the optical axis, exact; +inf where nothing is seen
+//   masks/NAME.png     255 where a surface is seen, 0 elsewhere; only of views that see background
+//   transforms.json    exact cameras and poses (nerfstudio form); row and column in a grid
+//   recipe.toml        the recipe with every value, to make the same capture again
+//   degradation.json   what was drawn at random for each photograph (docs/formats.md)
+// A file's bytes depend on the recipe alone. Photographs of an earlier call that this one does not
+// make are removed. Returns the number of photographs. UsageError as Check(Recipe).
+int SynthScene(Recipe recipe, const std::filesystem::path& out, Progress& progress);
 
 }  // namespace lamella

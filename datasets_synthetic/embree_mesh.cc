@@ -1,0 +1,237 @@
+#include "datasets_synthetic/embree_mesh.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "datasets_synthetic/embree_api-inl.h"
+#include "lightfield/error.h"
+
+namespace lamella {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+
+// In radii of the mesh: coordinates of single precision in [-1.5, 1.5], two of which meet in a
+// candidate, are off by less.
+constexpr double kSlack = 2e-6;
+// Nearer than this to the ray's start, two candidates closer together than kSlack might differ by
+// more than 1e-5 of their distance: then all that are as near are asked.
+constexpr double kNear = 0.05;
+
+bool HasArea(const Vector3d& e1, const Vector3d& e2) {
+  return e1.cross(e2).squaredNorm() > 1e-28 * e1.squaredNorm() * e2.squaredNorm();
+}
+
+// Where a ray meets a triangle's plane (Moeller and Trumbore 1997): the weights of its corners, all
+// times det, and t.
+struct PlanePoint {
+  double det = 0, a = 0, b = 0, c = 0, t = 0;
+  double least() const { return std::min(a, std::min(b, c)); }
+};
+
+inline PlanePoint MeetPlane(const Mesh& mesh, unsigned triangle, const Vector3d& origin,
+                            const Vector3d& direction) {
+  const Vector3i& corners = mesh.triangles[triangle];
+  const Vector3d& v0 = mesh.vertices[static_cast<unsigned>(corners.x())];
+  const Vector3d e1 = mesh.vertices[static_cast<unsigned>(corners.y())] - v0;
+  const Vector3d e2 = mesh.vertices[static_cast<unsigned>(corners.z())] - v0;
+  const Vector3d p = direction.cross(e2), s = origin - v0, q = s.cross(e1);
+  PlanePoint found;
+  const double det = e1.dot(p), sign = det < 0 ? -1 : 1;
+  found.det = sign * det;
+  found.b = sign * s.dot(p);
+  found.c = sign * direction.dot(q);
+  found.a = found.det - found.b - found.c;
+  found.t = e2.dot(q) / det;
+  return found;
+}
+
+// A ray that meets the plane outside of the triangle: t of the ray's point next to the triangle's
+// point of the nearest weights. Stays by the triangle however the plane is inclined.
+double NextTo(const Mesh& mesh, unsigned triangle, const PlanePoint& found, const Ray& ray) {
+  const Vector3i& corners = mesh.triangles[triangle];
+  const double a = std::max(found.a, 0.0), b = std::max(found.b, 0.0), c = std::max(found.c, 0.0);
+  const double sum = a + b + c;
+  const Vector3d& v0 = mesh.vertices[static_cast<unsigned>(corners.x())];
+  const Vector3d point = v0 + b / sum * (mesh.vertices[static_cast<unsigned>(corners.y())] - v0) +
+                         c / sum * (mesh.vertices[static_cast<unsigned>(corners.z())] - v0);
+  return (point - ray.origin).dot(ray.direction) / ray.direction.squaredNorm();
+}
+
+// What the filter needs besides Embree's own ray. Embree hands the context through.
+struct ExactQuery {
+  EmbreeContext context;  // first, so that a pointer to it is a pointer to the query
+  const Mesh* mesh = nullptr;
+  const Ray* ray = nullptr;
+  double t_min = 0, t_max = 0;
+  FramedRay* framed = nullptr;
+  float tfar = 0;
+  std::optional<TriangleHit> inside;   // in double precision, too
+  std::optional<TriangleHit> next_to;  // in single precision only
+};
+
+// Of triangles at one t (an edge), the first in the list.
+void Improve(std::optional<TriangleHit>* best, int triangle, double t) {
+  if (*best) {
+    const double same = 1e-12 * std::abs(t);
+    if (t > (*best)->t + same) return;
+    if (t >= (*best)->t - same && triangle > (*best)->triangle) return;
+  }
+  *best = TriangleHit{triangle, t};
+}
+
+// Every candidate of single precision comes by here: first those that are no farther than the best
+// one so far, and kSlack.
+void AskTriangle(const RTCFilterFunctionNArguments* arguments) {
+  if (arguments->valid[0] == 0) return;
+  arguments->valid[0] = 0;  // not taken, so that the others are asked, too
+  auto& query = *reinterpret_cast<ExactQuery*>(arguments->context);
+  const unsigned triangle = RTCHitN_primID(arguments->hit, arguments->N, 0);
+  const PlanePoint found =
+      MeetPlane(*query.mesh, triangle, query.ray->origin, query.ray->direction);
+  if (!(found.det > 0) || !std::isfinite(found.t)) return;
+  const bool is_inside = found.least() >= 0;
+  const double t = is_inside ? found.t : NextTo(*query.mesh, triangle, found, *query.ray);
+  if (!(t > query.t_min && t < query.t_max)) return;
+  Improve(is_inside ? &query.inside : &query.next_to, static_cast<int>(triangle), t);
+  if (!is_inside) return;
+  const double far = (t - query.framed->t_start) * query.framed->per_t + 2 * kSlack;
+  query.tfar = std::min(query.tfar, RoundUp(far));
+  RTCRayN_tfar(arguments->ray, arguments->N, 0) = query.tfar;
+  arguments->valid[0] = -1;  // taken: Embree goes on with this tfar
+}
+
+// The only lane that is asked; -1 where there are more, or none.
+int OnlyLane(const int* valid) {
+  int lane = -1;
+  for (int i = 0; i < kPacketRays; ++i) {
+    if (valid[i] == 0) continue;
+    if (lane >= 0) return -1;
+    lane = i;
+  }
+  return lane;
+}
+
+}  // namespace
+
+void ThrowEmbreeError(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_NONE) return;
+  throw MachineError(
+      "", "Embree can't build the scene (error " + std::to_string(static_cast<int>(error)) + ")",
+      "use a smaller scene or free some memory");
+}
+
+struct EmbreeMesh::Impl {
+  const Mesh* mesh = nullptr;
+  Frame frame;
+  ScenePtr scene;
+};
+
+EmbreeMesh::EmbreeMesh(RTCDevice device, const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
+  impl_->mesh = &mesh;
+  const Eigen::AlignedBox3d box = BoundsOf(mesh);
+  impl_->frame.centre = 0.5 * box.min() + 0.5 * box.max();
+  impl_->frame.radius =
+      std::max(0.5 * (box.max() - box.min()).norm(), std::numeric_limits<double>::min());
+
+  const FlushDenormals flush;
+  impl_->scene.reset(rtcNewScene(device));
+  rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_ROBUST | kFilterPerQuery);
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                               mesh.vertices.size()));
+  auto* indices = static_cast<unsigned*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                              3 * sizeof(unsigned), mesh.triangles.size()));
+  if (vertices == nullptr || indices == nullptr) {
+    rtcReleaseGeometry(geometry);
+    ThrowEmbreeError(device);
+    throw MachineError("", "Embree can't hold a mesh of this size", "free some memory");
+  }
+  for (const Vector3d& vertex : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) {
+      *vertices++ = static_cast<float>((vertex(i) - impl_->frame.centre(i)) / impl_->frame.radius);
+    }
+  }
+  for (const Vector3i& t : mesh.triangles) {
+    const auto corner = [&](int i) { return mesh.vertices[static_cast<std::size_t>(t(i))]; };
+    // A point has no area in single precision either.
+    const bool seen = HasArea(corner(1) - corner(0), corner(2) - corner(0));
+    for (int i = 0; i < 3; ++i) *indices++ = static_cast<unsigned>(seen ? t(i) : t(0));
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(impl_->scene.get(), geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(impl_->scene.get());
+  ThrowEmbreeError(device);
+}
+
+EmbreeMesh::~EmbreeMesh() = default;
+EmbreeMesh::EmbreeMesh(EmbreeMesh&&) noexcept = default;
+EmbreeMesh& EmbreeMesh::operator=(EmbreeMesh&&) noexcept = default;
+
+RTCScene EmbreeMesh::scene() const { return impl_->scene.get(); }
+Vector3d EmbreeMesh::centre() const { return impl_->frame.centre; }
+double EmbreeMesh::radius() const { return impl_->frame.radius; }
+
+std::optional<TriangleHit> EmbreeMesh::FirstHit(const Ray& ray, double t_min, double t_max) const {
+  FramedRay framed;
+  if (!ToFrame(ray, t_min, t_max, kSlack, impl_->frame, &framed)) return std::nullopt;
+  ExactQuery query;
+  query.mesh = impl_->mesh;
+  query.ray = &ray;
+  query.t_min = t_min;
+  query.t_max = t_max;
+  query.framed = &framed;
+  query.tfar = framed.rayhit.ray.tfar;
+  const FlushDenormals flush;
+  Intersect1(impl_->scene.get(), &query.context, &AskTriangle, &framed.rayhit);
+  // A triangle that only single precision meets counts where no triangle beside it is met in
+  // double precision: at a rim.
+  if (!query.inside) return query.next_to;
+  if (query.next_to && query.next_to->t < query.inside->t - 4 * kSlack / framed.per_t) {
+    return query.next_to;
+  }
+  return query.inside;
+}
+
+void EmbreeMesh::FirstHits(const RayPacket& rays, const int* valid, const double* t_max,
+                           int surface, PacketHits* hits) const {
+  const auto take = [&](int i, int triangle, double t) {
+    hits->t[i] = t;
+    hits->triangle[i] = triangle;
+    hits->surface[i] = surface;
+  };
+  const auto ask_alone = [&](int i) {
+    if (const auto hit = FirstHit(rays.At(i), rays.t_min[i], t_max[i])) {
+      take(i, hit->triangle, hit->t);
+    }
+  };
+  if (const int lane = OnlyLane(valid); lane >= 0) return ask_alone(lane);
+
+  FramedPacket framed;
+  ToFrame(rays, valid, t_max, kSlack, impl_->frame, &framed);
+  EmbreeContext context;
+  Intersect16(framed.valid, impl_->scene.get(), &context, &framed.rayhit);
+  for (int i = 0; i < kPacketRays; ++i) {
+    if (framed.valid[i] == 0 || framed.rayhit.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    const unsigned triangle = framed.rayhit.hit.primID[i];
+    const Ray ray = rays.At(i);
+    const PlanePoint found = MeetPlane(*impl_->mesh, triangle, ray.origin, ray.direction);
+    // Well within the triangle in double precision, too, and not so near that another one might
+    // lie before it: that is nearly always so.
+    const bool is_clear = found.least() > 1e-9 * found.det && found.t < t_max[i] &&
+                          (found.t - rays.t_min[i]) * framed.per_t[i] > kNear;
+    if (is_clear) {
+      take(i, static_cast<int>(triangle), found.t);
+    } else {
+      ask_alone(i);
+    }
+  }
+}
+
+}  // namespace lamella
