@@ -132,8 +132,8 @@ INSTANTIATE_TEST_SUITE_P(
             "texture = { pattern = \"image\", file = \"a.png\" }",
             {"mine.toml:5", "/nowhere/a.png"},
             ExitCode::kInput}),
-    [](const auto& info) {
-      std::string name = info.param.what;
+    [](const auto& test) {
+      std::string name = test.param.what;
       for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
       return name;
     });
@@ -178,8 +178,8 @@ TEST_P(NamedRecipe, ReadsAndWritesEveryValue) {
   EXPECT_EQ(again.layout.target, recipe.layout.target);
   EXPECT_EQ(again.layout.layout, recipe.layout.layout);
 }
-INSTANTIATE_TEST_SUITE_P(All, NamedRecipe, testing::ValuesIn(RecipeNames()), [](const auto& info) {
-  std::string name = info.param;
+INSTANTIATE_TEST_SUITE_P(All, NamedRecipe, testing::ValuesIn(RecipeNames()), [](const auto& test) {
+  std::string name = test.param;
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 });
