@@ -212,8 +212,7 @@ TEST(Recipe, ChartsStandAtTheirDepthsWithTheirFrequencies) {
   recipe.layout.views = 1;
   const View view = CamerasOf(recipe.layout, 1).front();
   const SceneSource scene(std::move(recipe.scene));
-  const Photograph photograph =
-      TakePhotograph(scene, view.camera, view.camera_from_world, recipe.photographs.supersampling);
+  const Photograph photograph = TakePhotograph(scene, view.camera, view.camera_from_world, 1);
   const std::array<double, 4> depths = {3, 3.5, 4.25, 5};
   const std::array<double, 3> periods = {32, 16, 8};
   for (int column = 0; column < 4; ++column) {
