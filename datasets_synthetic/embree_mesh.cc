@@ -103,15 +103,20 @@ LAMELLA_AVX2 void MeetPlanesAvx2(const RayPacket& rays, const PacketCorners& cor
   MeetPlaneLanes(rays, corners, planes);
 }
 
-// Lanes that met nothing take the corners of triangle 0.
+// Lanes that met nothing take the corners of triangle 0. Memory is asked for all lanes' triangles
+// before the first one's vertices, for it is slow to answer.
 void TakeCorners(const Mesh& mesh, const FramedPacket& framed, PacketCorners* corners) {
   const auto& hit = framed.rayhit.hit;
+  int index[kPacketRays][3];
   for (int i = 0; i < kPacketRays; ++i) {
     const bool met = framed.valid[i] != 0 && hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
     const int* const t = mesh.triangles[met ? hit.primID[i] : 0].data();
-    const double* const v0 = mesh.vertices[static_cast<unsigned>(t[0])].data();
-    const double* const v1 = mesh.vertices[static_cast<unsigned>(t[1])].data();
-    const double* const v2 = mesh.vertices[static_cast<unsigned>(t[2])].data();
+    for (int k = 0; k < 3; ++k) index[i][k] = t[k];
+  }
+  for (int i = 0; i < kPacketRays; ++i) {
+    const double* const v0 = mesh.vertices[static_cast<unsigned>(index[i][0])].data();
+    const double* const v1 = mesh.vertices[static_cast<unsigned>(index[i][1])].data();
+    const double* const v2 = mesh.vertices[static_cast<unsigned>(index[i][2])].data();
     for (int axis = 0; axis < 3; ++axis) {
       corners->v0[axis][i] = v0[axis];
       corners->v1[axis][i] = v1[axis];

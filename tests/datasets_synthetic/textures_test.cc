@@ -269,7 +269,7 @@ TEST(Lighting, MeshesThrowShadowsButNotOnThemselves) {
   for (const double offset : {0.0, 1e7}) {
     const Vector3d middle(offset, -offset, offset);
     Scene scene;
-    Surface wall{Parallelogram{middle + Vector3d(-3, -3, -2), {6, 0, 0}, {0, 6, 0}},
+    Surface wall{Parallelogram{middle + Vector3d(-6, -6, -2), {12, 0, 0}, {0, 12, 0}},
                  BlackAndWhite(Texture::Pattern::kPlain),
                  {}};
     Surface ball{std::make_shared<const Mesh>(MeshOfSphere(middle, 0.5, 40)),
