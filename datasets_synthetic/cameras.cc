@@ -187,7 +187,7 @@ OptionTable Describe(CameraLayout& l) {
        {"rows", "of a grid; 0: follows from views", &l.rows, 0, 1000, {}, "--rows"},
        {"columns", "of a grid; 0: follows from views", &l.columns, 0, 1000, {}, "--columns"},
        {"aim",
-        "of lines and grids: off-axis (shifted pictures), converged, parallel",
+        "of lines and grids; off-axis: parallel, with shifted pictures",
         &l.aim,
         -inf,
         inf,

@@ -134,44 +134,17 @@ inline bool ToFrame(const Ray& ray, double t_min, double t_max, double back, con
   return out.tfar > 0;
 }
 
-// The same for lanes of a packet, `active` of them; in loops that compilers turn into vector code.
-inline void ToFrame(const RayPacket& rays, const int* active, const double* t_max, double back,
-                    const Frame& frame, FramedPacket* framed) {
-  const double per_radius = 1 / frame.radius, radius = frame.radius;
-  const Eigen::Vector3d c = frame.centre;
-  RTCRay16& out = framed->rayhit.ray;
-  for (int i = 0; i < kPacketRays; ++i) {
-    const double dx = rays.direction[0][i], dy = rays.direction[1][i], dz = rays.direction[2][i];
-    const double x = c.x() - rays.origin[0][i], y = c.y() - rays.origin[1][i],
-                 z = c.z() - rays.origin[2][i];
-    const double length2 = dx * dx + dy * dy + dz * dz;
-    const double per_length = 1 / std::sqrt(length2), t_radius = radius * per_length;
-    const double t_closest = (x * dx + y * dy + z * dz) * per_length * per_length;
-    const double earliest = rays.t_min[i] - back * t_radius, near = t_closest - 1.01 * t_radius;
-    const double t_start = earliest > near ? earliest : near;
-    const double per_t = per_radius * length2 * per_length;
-    framed->t_start[i] = t_start;
-    framed->per_t[i] = per_t;
-    out.org_x[i] = static_cast<float>((t_start * dx - x) * per_radius);
-    out.org_y[i] = static_cast<float>((t_start * dy - y) * per_radius);
-    out.org_z[i] = static_cast<float>((t_start * dz - z) * per_radius);
-    out.dir_x[i] = static_cast<float>(dx * per_length);
-    out.dir_y[i] = static_cast<float>(dy * per_length);
-    out.dir_z[i] = static_cast<float>(dz * per_length);
-    out.tfar[i] = static_cast<float>((t_max[i] - t_start) * per_t * (1 + 1e-6) + 5e-7);
-  }
-  for (unsigned i = 0; i < kPacketRays; ++i) {
-    out.tnear[i] = 0;
-    out.time[i] = 0;
-    out.mask[i] = ~0U;
-    out.id[i] = i;
-    out.flags[i] = 0;
-    framed->rayhit.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    framed->rayhit.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    // Neither a direction of length 0 or infinity nor an empty range has a tfar above 0.
-    framed->valid[i] =
-        out.tfar[i] > 0 && framed->per_t[i] > 0 && std::isfinite(framed->per_t[i]) ? active[i] : 0;
-  }
+// The same for lanes of a packet, `active` of them.
+void ToFrame(const RayPacket& rays, const int* active, const double* t_max, double back,
+             const Frame& frame, FramedPacket* framed);
+
+// A loop over lanes, compiled for whatever x86-64 runs it and once more for AVX2, which is taken
+// where there is. Products and sums are rounded one by one in both: the results are the same.
+#define LAMELLA_LANES __attribute__((always_inline)) inline
+#define LAMELLA_AVX2 __attribute__((target("avx2")))
+inline bool HasAvx2() {
+  static const bool has = __builtin_cpu_supports("avx2") != 0;
+  return has;
 }
 
 }  // namespace lamella

@@ -60,6 +60,71 @@ double NextTo(const Mesh& mesh, unsigned triangle, const PlanePoint& found, cons
   return (point - ray.origin).dot(ray.direction) / ray.direction.squaredNorm();
 }
 
+// The same for all lanes of a packet, each with a triangle of its own.
+struct PacketCorners {
+  alignas(64) double v0[3][kPacketRays];
+  alignas(64) double v1[3][kPacketRays];
+  alignas(64) double v2[3][kPacketRays];
+};
+struct PacketPlanes {
+  alignas(64) double det[kPacketRays];
+  alignas(64) double least[kPacketRays];
+  alignas(64) double t[kPacketRays];
+};
+
+LAMELLA_LANES void MeetPlaneLanes(const RayPacket& __restrict rays,
+                                  const PacketCorners& __restrict corners,
+                                  PacketPlanes* __restrict planes) {
+  for (int i = 0; i < kPacketRays; ++i) {
+    const double dx = rays.direction[0][i], dy = rays.direction[1][i], dz = rays.direction[2][i];
+    const double ax = corners.v1[0][i] - corners.v0[0][i], bx = corners.v2[0][i] - corners.v0[0][i];
+    const double ay = corners.v1[1][i] - corners.v0[1][i], by = corners.v2[1][i] - corners.v0[1][i];
+    const double az = corners.v1[2][i] - corners.v0[2][i], bz = corners.v2[2][i] - corners.v0[2][i];
+    const double sx = rays.origin[0][i] - corners.v0[0][i];
+    const double sy = rays.origin[1][i] - corners.v0[1][i];
+    const double sz = rays.origin[2][i] - corners.v0[2][i];
+    const double px = dy * bz - dz * by, py = dz * bx - dx * bz, pz = dx * by - dy * bx;
+    const double qx = sy * az - sz * ay, qy = sz * ax - sx * az, qz = sx * ay - sy * ax;
+    const double det = ax * px + ay * py + az * pz, sign = det < 0 ? -1 : 1;
+    const double u = sign * (sx * px + sy * py + sz * pz);
+    const double v = sign * (dx * qx + dy * qy + dz * qz);
+    const double w = sign * det - u - v, u_or_v = u < v ? u : v;
+    planes->det[i] = sign * det;
+    planes->least[i] = u_or_v < w ? u_or_v : w;
+    planes->t[i] = (bx * qx + by * qy + bz * qz) / det;
+  }
+}
+
+void MeetPlanesAnywhere(const RayPacket& rays, const PacketCorners& corners, PacketPlanes* planes) {
+  MeetPlaneLanes(rays, corners, planes);
+}
+LAMELLA_AVX2 void MeetPlanesAvx2(const RayPacket& rays, const PacketCorners& corners,
+                                 PacketPlanes* planes) {
+  MeetPlaneLanes(rays, corners, planes);
+}
+
+// Lanes that met nothing take the corners of triangle 0. Memory is asked for all lanes' triangles
+// before the first one's vertices, for it is slow to answer.
+void TakeCorners(const Mesh& mesh, const FramedPacket& framed, PacketCorners* corners) {
+  const auto& hit = framed.rayhit.hit;
+  int index[kPacketRays][3];
+  for (int i = 0; i < kPacketRays; ++i) {
+    const bool met = framed.valid[i] != 0 && hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+    const int* const t = mesh.triangles[met ? hit.primID[i] : 0].data();
+    for (int k = 0; k < 3; ++k) index[i][k] = t[k];
+  }
+  for (int i = 0; i < kPacketRays; ++i) {
+    const double* const v0 = mesh.vertices[static_cast<unsigned>(index[i][0])].data();
+    const double* const v1 = mesh.vertices[static_cast<unsigned>(index[i][1])].data();
+    const double* const v2 = mesh.vertices[static_cast<unsigned>(index[i][2])].data();
+    for (int axis = 0; axis < 3; ++axis) {
+      corners->v0[axis][i] = v0[axis];
+      corners->v1[axis][i] = v1[axis];
+      corners->v2[axis][i] = v2[axis];
+    }
+  }
+}
+
 // What the filter needs besides Embree's own ray. Embree hands the context through.
 struct ExactQuery {
   EmbreeContext context;  // first, so that a pointer to it is a pointer to the query
@@ -217,17 +282,18 @@ void EmbreeMesh::FirstHits(const RayPacket& rays, const int* valid, const double
   ToFrame(rays, valid, t_max, kSlack, impl_->frame, &framed);
   EmbreeContext context;
   Intersect16(framed.valid, impl_->scene.get(), &context, &framed.rayhit);
+  PacketCorners corners;
+  TakeCorners(*impl_->mesh, framed, &corners);
+  PacketPlanes planes;
+  (HasAvx2() ? MeetPlanesAvx2 : MeetPlanesAnywhere)(rays, corners, &planes);
   for (int i = 0; i < kPacketRays; ++i) {
     if (framed.valid[i] == 0 || framed.rayhit.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-    const unsigned triangle = framed.rayhit.hit.primID[i];
-    const Ray ray = rays.At(i);
-    const PlanePoint found = MeetPlane(*impl_->mesh, triangle, ray.origin, ray.direction);
     // Well within the triangle in double precision, too, and not so near that another one might
     // lie before it: that is nearly always so.
-    const bool is_clear = found.least() > 1e-9 * found.det && found.t < t_max[i] &&
-                          (found.t - rays.t_min[i]) * framed.per_t[i] > kNear;
+    const bool is_clear = planes.least[i] > 1e-9 * planes.det[i] && planes.t[i] < t_max[i] &&
+                          (planes.t[i] - rays.t_min[i]) * framed.per_t[i] > kNear;
     if (is_clear) {
-      take(i, static_cast<int>(triangle), found.t);
+      take(i, static_cast<int>(framed.rayhit.hit.primID[i]), planes.t[i]);
     } else {
       ask_alone(i);
     }

@@ -145,7 +145,7 @@ Shape ReadWaves(const StrictTable& table) {
 // The path of a file that a recipe names; InputError where there is none.
 fs::path FileOf(const StrictTable& table, const fs::path& folder) {
   const std::string name = table.Need(table.Text("file"), "file");
-  const fs::path path = (folder / name).lexically_normal();
+  fs::path path = (folder / name).lexically_normal();
   std::error_code error;
   if (!fs::is_regular_file(path, error)) {
     throw InputError(table.Where("file"), fmt::format("there is no file \"{}\"", path.string()),

@@ -2,12 +2,16 @@
 #include "datasets_synthetic/recipe.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "datasets_synthetic/photograph.h"
 #include "datasets_synthetic/room.h"
 #include "lightfield/error.h"
 #include "tests/scratch.h"
@@ -132,8 +136,8 @@ INSTANTIATE_TEST_SUITE_P(
             "texture = { pattern = \"image\", file = \"a.png\" }",
             {"mine.toml:5", "/nowhere/a.png"},
             ExitCode::kInput}),
-    [](const auto& info) {
-      std::string name = info.param.what;
+    [](const auto& test) {
+      std::string name = test.param.what;
       for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
       return name;
     });
@@ -178,8 +182,8 @@ TEST_P(NamedRecipe, ReadsAndWritesEveryValue) {
   EXPECT_EQ(again.layout.target, recipe.layout.target);
   EXPECT_EQ(again.layout.layout, recipe.layout.layout);
 }
-INSTANTIATE_TEST_SUITE_P(All, NamedRecipe, testing::ValuesIn(RecipeNames()), [](const auto& info) {
-  std::string name = info.param;
+INSTANTIATE_TEST_SUITE_P(All, NamedRecipe, testing::ValuesIn(RecipeNames()), [](const auto& test) {
+  std::string name = test.param;
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 });
@@ -199,6 +203,39 @@ TEST(Recipe, TheRoomIsTheBuiltInOneFromItsArc) {
   ASSERT_EQ(views.size(), poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     EXPECT_EQ(views[i].camera_from_world.translation, poses[i].translation);
+  }
+}
+
+// What the charts are for: known depths, and stripes of known periods in the middle camera.
+TEST(Recipe, ChartsStandAtTheirDepthsWithTheirFrequencies) {
+  Recipe recipe = FindRecipe("charts");
+  recipe.layout.views = 1;
+  const View view = CamerasOf(recipe.layout, 1).front();
+  const SceneSource scene(std::move(recipe.scene));
+  const Photograph photograph = TakePhotograph(scene, view.camera, view.camera_from_world, 1);
+  const std::array<double, 4> depths = {3, 3.5, 4.25, 5};
+  const std::array<double, 3> periods = {32, 16, 8};
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 3; ++row) {
+      // The chart's middle; its left half has upright stripes.
+      const int x0 = 480 + 228 * column - 342, y0 = 360 + 228 * (row - 1);
+      const auto at = [](auto& list, int i) { return list[static_cast<std::size_t>(i)]; };
+      EXPECT_NEAR(static_cast<double>(photograph.depth(x0 - 48, y0)), at(depths, column), 1e-5);
+      const double period = at(periods, row), half = std::numbers::pi / period;
+      // A pixel is the mean over its width: the contrast is 0.8 sinc(1 / period).
+      const double contrast = 0.4 * std::sin(half) / half;
+      double sum = 0, along = 0, across = 0;
+      for (int x = x0 - 80; x < x0 - 16; ++x) {  // whole periods
+        const double value = static_cast<double>(photograph.color(x, y0).g);
+        const double phase = 2 * std::numbers::pi * (x + 0.5) / period;
+        sum += value / 64;
+        along += value * std::cos(phase) / 32;
+        across += value * std::sin(phase) / 32;
+      }
+      // The light falls on the charts head on: 0.5 + 0.5.
+      EXPECT_NEAR(sum, 0.5, 0.01) << column << row;
+      EXPECT_NEAR(std::hypot(along, across), contrast, 0.01) << column << row;
+    }
   }
 }
 

@@ -96,7 +96,7 @@ class Recipe(SystemTest):
 
     def test_a_broken_mesh_is_refused_with_both_lines(self):
         (self.dir / "mesh.ply").write_text(MESH.replace("1 1 0.3 1 1", "1 1 what 1 1"))
-        self.assert_refused(self.synth(), 3, "mine.toml:11", "mesh.ply:13")
+        self.assert_refused(self.synth(), 3, "mine.toml:11", "mesh.ply:14")
 
     def test_options_stand_above_the_recipe(self):
         self.assertEqual(self.synth("--views", 2, "--format", "png", "--layout", "line").code, 0)
