@@ -279,7 +279,8 @@ void EmbreeMesh::FirstHits(const RayPacket& rays, const int* valid, const double
   if (const int lane = OnlyLane(valid); lane >= 0) return ask_alone(lane);
 
   FramedPacket framed;
-  ToFrame(rays, valid, t_max, kSlack, impl_->frame, &framed);
+  ToFrame(rays, valid, t_max, rays.any_hit ? 0 : kSlack, impl_->frame, &framed);
+  const double near = rays.any_hit ? 0 : kNear;
   EmbreeContext context;
   Intersect16(framed.valid, impl_->scene.get(), &context, &framed.rayhit);
   PacketCorners corners;
@@ -291,7 +292,7 @@ void EmbreeMesh::FirstHits(const RayPacket& rays, const int* valid, const double
     // Well within the triangle in double precision, too, and not so near that another one might
     // lie before it: that is nearly always so.
     const bool is_clear = planes.least[i] > 1e-9 * planes.det[i] && planes.t[i] < t_max[i] &&
-                          (planes.t[i] - rays.t_min[i]) * framed.per_t[i] > kNear;
+                          (planes.t[i] - rays.t_min[i]) * framed.per_t[i] > near;
     if (is_clear) {
       take(i, static_cast<int>(framed.rayhit.hit.primID[i]), planes.t[i]);
     } else {

@@ -14,6 +14,9 @@ struct RayPacket {
   alignas(64) double t_min[kPacketRays];
   alignas(64) double t_max[kPacketRays];
   alignas(64) int active[kPacketRays];  // -1: asked for, 0: not; its numbers are then ignored
+  // For shadows: any hit will do, and what lies within 2e-6 of a mesh's radius of t_min may be
+  // missed.
+  bool any_hit = false;
 
   Ray At(int i) const {
     return {{origin[0][i], origin[1][i], origin[2][i]},

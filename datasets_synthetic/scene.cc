@@ -133,6 +133,7 @@ Seen See(const Scene& scene, const Ray& ray, const SurfaceHit& hit, double cell)
 void FollowToLamp(const EmbreeScene& embree, const PacketHits& hits, const Seen* seen,
                   bool* reached) {
   RayPacket packet{};
+  packet.any_hit = true;
   for (int i = 0; i < kPacketRays; ++i) {
     reached[i] = hits.surface[i] >= 0 && seen[i].facing > 0;
     if (!reached[i]) continue;
