@@ -170,12 +170,7 @@ void Check(const Display& display, const std::string& where) {
   const Checker check{where};
   CheckPanel(display, check);
   check.Require(!display.layers.empty(), "the display has no layer", "add a [[layer]]");
-  if (display.varifocal) {
-    CheckVarifocal(*display.varifocal, where);
-    check.Require(display.layers == PlanesOf(*display.varifocal, display.layers.front()),
-                  "the layers are not the planes of [varifocal]",
-                  "give one [[layer]] without position_mm");
-  }
+  if (display.varifocal) CheckVarifocal(*display.varifocal, where);
   check.Require(display.layers.size() <= static_cast<std::size_t>(kMostLayers),
                 fmt::format("the display has {} layers", display.layers.size()),
                 fmt::format("at most {} can be handled", kMostLayers));
@@ -185,6 +180,9 @@ void Check(const Display& display, const std::string& where) {
                 fmt::format("border_offset_mm = {}", display.border_offset_mm),
                 "give millimetres; 0 puts borders in the middles between layers");
   for (std::size_t i = 0; i < display.layers.size(); ++i) CheckLayer(display, i, check);
+  check.Require(
+      !display.varifocal || display.layers == PlanesOf(*display.varifocal, display.layers.front()),
+      "the layers are not the planes of [varifocal]", "give one [[layer]] without position_mm");
 }
 
 std::string NameOf(const Optics& optics) {
