@@ -136,7 +136,7 @@ std::string NameOf(const Optics& optics);
 // Frames and eyes are made of unmagnified barriers only in this version: UsageError where the
 // display has anything else.
 void RequireBarriers(const Display& display);
-const Barrier& BarrierOf(const Display& display, std::size_t layer);  // errors likewise
+const Barrier& BarrierOf(const Display& display, std::size_t index);  // errors likewise
 // 1/f of a layer's lenses as seen by the viewer; a focal length of 0 is d0.
 double LensPowerPerMm(const Layer& layer, double focal_mm);
 int SlotsPerAxis(const Layer& layer);  // 1 where it has lenses

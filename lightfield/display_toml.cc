@@ -64,7 +64,7 @@ class Reader {
   }
   // One of these words.
   std::optional<std::string> Word(const char* key, const std::vector<std::string>& words) const {
-    const std::optional<std::string> word = Text(key);
+    std::optional<std::string> word = Text(key);
     if (!word || std::find(words.begin(), words.end(), *word) != words.end()) return word;
     throw UsageError(At(*table_.get(key)), fmt::format("{} = \"{}\" is not known", key, *word),
                      fmt::format("did you mean \"{}\"?", NearestName(*word, words)));

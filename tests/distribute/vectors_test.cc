@@ -135,7 +135,7 @@ Numbers SlotOrderOf(const Json& in) {
   const int k = in.at("k");
   Numbers result;
   for (const int slot : SlotOrder(k))
-    result.insert(result.end(), {1.0 * (slot % k), 1.0 * (slot / k)});
+    result.insert(result.end(), {1.0 * (slot % k), static_cast<double>(slot / k)});
   return result;
 }
 

@@ -392,7 +392,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"in front of every layer", [](Display& d) { d.viewing_distance_mm = 10; }},
         Bad{"in front of every layer", [](Display& d) { d.viewing_distance_mm = 14; }},
         Bad{"viewing_distance_mm = -600", [](Display& d) { d.viewing_distance_mm = -600; }},
-        Bad{"border_offset_mm = nan", [](Display& d) { d.border_offset_mm = NAN; }},
+        Bad{"border_offset_mm = nan", [](Display& d) { d.border_offset_mm = kNan; }},
         Bad{"border_mm = -1", [](Display& d) { d.border_mm = -1; }},
         Bad{"rays = 7 under", [](Display& d) { d.layers[0].optics = Lenslets(6.5, 7); }},
         Bad{"rays = 0 under", [](Display& d) { d.layers[0].optics = Lenslets(6.5, 0); }},
@@ -405,7 +405,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"offset_px right = inf",
             [](Display& d) {
               LensletArray lenses = Lenslets(6, 3);
-              lenses.offset_x_px = INFINITY;
+              lenses.offset_x_px = std::numeric_limits<double>::infinity();
               d.layers[0].optics = lenses;
             }},
         Bad{"degrees",

@@ -165,7 +165,7 @@ TEST(LensletMap, SeesNothingBesideThePanelAndWhereNoWholeLensIs) {
   EXPECT_FALSE(map.See(half + 1e-9, 0, 0, 0));
   EXPECT_FALSE(map.See(0, 0, 10, 0));
   EXPECT_FALSE(map.See(std::nan(""), 0, 0, 0));
-  EXPECT_FALSE(map.See(0, 0, 0, INFINITY));
+  EXPECT_FALSE(map.See(0, 0, 0, std::numeric_limits<double>::infinity()));
   EXPECT_FALSE(map.BeamOf(-1, 0));
   EXPECT_FALSE(map.BeamOf(0, 64));
 }
