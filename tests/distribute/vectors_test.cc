@@ -134,8 +134,10 @@ Numbers WindowPitch(const Json& in) {
 Numbers SlotOrderOf(const Json& in) {
   const int k = in.at("k");
   Numbers result;
-  for (const int slot : SlotOrder(k))
-    result.insert(result.end(), {1.0 * (slot % k), static_cast<double>(slot / k)});
+  for (const int slot : SlotOrder(k)) {
+    const int slot_x = slot % k, slot_y = slot / k;
+    result.insert(result.end(), {1.0 * slot_x, 1.0 * slot_y});
+  }
   return result;
 }
 
