@@ -37,7 +37,7 @@ struct Beam {
 
 // What a line of sight meets on a layer: an element, and behind it a place of the emissive plane.
 // Through a lens that is where all the light of its slope comes from, if the lens has f = d0.
-struct Sight {
+struct LayerHit {
   int element_column = 0, element_row = 0;  // of the modulator, or of the lens
   double column = 0, row = 0;  // in emitters; their edges are whole numbers, row 0 is on top
   std::uint32_t slots_x = 1, slots_y = 1;  // bit s is set where the element is open in slot s

@@ -29,7 +29,8 @@ std::optional<Beam> LayerMap::BeamOf(int slot, int channel, int column, int row)
   return std::get<LenticularMap>(map_).BeamOf(channel, column, row);
 }
 
-std::optional<Sight> LayerMap::See(double x_mm, double y_mm, double slope_x, double slope_y) const {
+std::optional<LayerHit> LayerMap::See(double x_mm, double y_mm, double slope_x,
+                                      double slope_y) const {
   return std::visit([&](const auto& map) { return map.See(x_mm, y_mm, slope_x, slope_y); }, map_);
 }
 

@@ -22,7 +22,7 @@ class LayerMap {
   std::optional<Beam> BeamOf(int slot, int channel, int column, int row) const;
   // What the line through (x_mm, y_mm) on the modulating plane with slopes dx/dz, dy/dz meets;
   // nothing where that is closed in all slots, no whole lens, or beside the panel.
-  std::optional<Sight> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
+  std::optional<LayerHit> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
 
  private:
   std::variant<RayMap, LensletMap, LenticularMap> map_;

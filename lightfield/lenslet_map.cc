@@ -113,8 +113,8 @@ std::optional<Beam> LensletMap::BeamOf(int column, int row) const {
                pitch_mm_, d0_mm_, power_per_mm_}};
 }
 
-std::optional<Sight> LensletMap::See(double x_mm, double y_mm, double slope_x,
-                                     double slope_y) const {
+std::optional<LayerHit> LensletMap::See(double x_mm, double y_mm, double slope_x,
+                                        double slope_y) const {
   const double x = x_mm / pitch_mm_ + columns_ / 2.0, y = rows_ / 2.0 - y_mm / pitch_mm_;
   // Written so that a NaN is nothing.
   if (!(x >= 0 && x < columns_ && y >= 0 && y < rows_)) return std::nullopt;
@@ -122,16 +122,16 @@ std::optional<Sight> LensletMap::See(double x_mm, double y_mm, double slope_x,
   if (!Whole(lens)) return std::nullopt;
   // Behind the lens the line is steeper by its power times the distance from the vertex.
   const double bent = d0_mm_ * power_per_mm_, reach = d0_mm_ / pitch_mm_;
-  Sight sight;
-  sight.element_column = lens.column;
-  sight.element_row = lens.row;
-  sight.column = x - bent * (x - lens.x_px) - reach * slope_x;
-  sight.row = y - bent * (y - lens.y_px) + reach * slope_y;
-  if (!(sight.column >= 0 && sight.column < columns_ && sight.row >= 0 && sight.row < rows_)) {
+  LayerHit hit;
+  hit.element_column = lens.column;
+  hit.element_row = lens.row;
+  hit.column = x - bent * (x - lens.x_px) - reach * slope_x;
+  hit.row = y - bent * (y - lens.y_px) + reach * slope_y;
+  if (!(hit.column >= 0 && hit.column < columns_ && hit.row >= 0 && hit.row < rows_)) {
     return std::nullopt;
   }
-  sight.guard = !Pixel(static_cast<int>(sight.column), static_cast<int>(sight.row));
-  return sight;
+  hit.guard = !Pixel(static_cast<int>(hit.column), static_cast<int>(hit.row));
+  return hit;
 }
 
 }  // namespace lamella

@@ -46,7 +46,7 @@ class LensletMap {
   std::optional<Beam> BeamOf(int column, int row) const;
   // What the line through (x_mm, y_mm) on the modulating plane with slopes dx/dz, dy/dz meets;
   // nothing beside the panel and where no whole lens is. A steep line meets pixels of other lenses.
-  std::optional<Sight> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
+  std::optional<LayerHit> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
 
  private:
   bool Whole(const Lens& lens) const;

@@ -67,8 +67,8 @@ std::optional<Beam> LenticularMap::BeamOf(int channel, int column, int row) cons
               {row, y + d0_mm_ * slope_y, pitch_mm_, y, 0, d0_mm_, 1 / d0_mm_}};
 }
 
-std::optional<Sight> LenticularMap::See(double x_mm, double y_mm, double slope_x,
-                                        double slope_y) const {
+std::optional<LayerHit> LenticularMap::See(double x_mm, double y_mm, double slope_x,
+                                           double slope_y) const {
   const double x = x_mm / pitch_mm_ + columns_ / 2.0, y = rows_ / 2.0 - y_mm / pitch_mm_;
   // Written so that a NaN is nothing.
   if (!(x >= 0 && x < columns_ && y >= 0 && y < rows_)) return std::nullopt;
@@ -78,16 +78,16 @@ std::optional<Sight> LenticularMap::See(double x_mm, double y_mm, double slope_x
   const double cosine = 1 / std::hypot(1.0, lenses_.slant), sine = lenses_.slant * cosine;
   const double bent = d0_mm_ * power_per_mm_ * (place.offset_subpx / 3) * cosine;
   const double reach = d0_mm_ / pitch_mm_;
-  Sight sight;
-  sight.element_column = place.lens;
-  sight.column = x - bent * cosine - reach * slope_x;
-  sight.row = y + bent * sine + reach * slope_y;
-  if (!(sight.column >= 0 && sight.column < columns_ && sight.row >= 0 && sight.row < rows_)) {
+  LayerHit hit;
+  hit.element_column = place.lens;
+  hit.column = x - bent * cosine - reach * slope_x;
+  hit.row = y + bent * sine + reach * slope_y;
+  if (!(hit.column >= 0 && hit.column < columns_ && hit.row >= 0 && hit.row < rows_)) {
     return std::nullopt;
   }
-  const double in_pixel = sight.column - std::floor(sight.column);
-  sight.channel = Stripe(std::min(2, static_cast<int>(3 * in_pixel)));
-  return sight;
+  const double in_pixel = hit.column - std::floor(hit.column);
+  hit.channel = Stripe(std::min(2, static_cast<int>(3 * in_pixel)));
+  return hit;
 }
 
 }  // namespace lamella

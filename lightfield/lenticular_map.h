@@ -28,7 +28,7 @@ class LenticularMap {
   std::optional<Beam> BeamOf(int channel, int column, int row) const;
   // What the line through (x_mm, y_mm) on the modulating plane with slopes dx/dz, dy/dz meets.
   // element_column is the lens's number.
-  std::optional<Sight> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
+  std::optional<LayerHit> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
 
  private:
   // Sub-pixels right of the vertex of the lens over a place, and the lens's number.

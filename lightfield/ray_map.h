@@ -57,7 +57,7 @@ class RayMap {
   }
   std::optional<AxisHit> SeenRow(double y_mm, double slope) const { return Seen(y_, y_mm, slope); }
   // Both axes in one.
-  std::optional<Sight> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
+  std::optional<LayerHit> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
 
  private:
   struct Axis {

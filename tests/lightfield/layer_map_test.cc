@@ -92,17 +92,17 @@ TEST(LayerMap, SeesThroughABarrierWhatItsAxesSee) {
         const std::optional<Beam> beam = map.BeamOf(slot, 0, column, row);
         EXPECT_EQ(beam.has_value(), axes.Column(slot % 6, column) && axes.Row(slot / 6, row));
         if (!beam) continue;
-        const std::optional<Sight> sight =
+        const std::optional<LayerHit> hit =
             map.See(beam->x.element_mm + 0.01, beam->y.element_mm - 0.01,
                     beam->x.slope() + 0.01 / 5, beam->y.slope() - 0.01 / 5);
-        ASSERT_TRUE(sight);
+        ASSERT_TRUE(hit);
         ++seen;
-        EXPECT_NEAR(sight->column, column + 0.5, 1e-9);
-        EXPECT_NEAR(sight->row, row + 0.5, 1e-9);
-        EXPECT_TRUE(sight->slots_x >> (slot % 6) & 1U);
-        EXPECT_TRUE(sight->slots_y >> (slot / 6) & 1U);
-        EXPECT_TRUE(axes.ColumnOpen(slot % 6, sight->element_column));
-        EXPECT_TRUE(axes.RowOpen(slot / 6, sight->element_row));
+        EXPECT_NEAR(hit->column, column + 0.5, 1e-9);
+        EXPECT_NEAR(hit->row, row + 0.5, 1e-9);
+        EXPECT_TRUE(hit->slots_x >> (slot % 6) & 1U);
+        EXPECT_TRUE(hit->slots_y >> (slot / 6) & 1U);
+        EXPECT_TRUE(axes.ColumnOpen(slot % 6, hit->element_column));
+        EXPECT_TRUE(axes.RowOpen(slot / 6, hit->element_row));
       }
     }
   }

@@ -97,15 +97,15 @@ void ExpectSeenAlongItsBeam(const Display& display, double focal_mm) {
         const double slope_x = (x - beam->x.emitter_mm) / d0 - from_vertex_x / focal_mm;
         const double slope_y = (y - beam->y.emitter_mm) / d0 - from_vertex_y / focal_mm;
         EXPECT_NEAR(slope_x, beam->x.slope() + beam->x.kappa_per_mm() * from_vertex_x, 1e-12);
-        const std::optional<Sight> sight = map.See(x, y, slope_x, slope_y);
-        ASSERT_TRUE(sight) << column << " " << row;
-        EXPECT_NEAR(sight->column, column + 0.5, 1e-9);
-        EXPECT_NEAR(sight->row, row + 0.5, 1e-9);
-        EXPECT_EQ(sight->element_column, beam->x.opening);
-        EXPECT_EQ(sight->element_row, beam->y.opening);
-        EXPECT_FALSE(sight->guard);
-        EXPECT_EQ(sight->slots_x, 1U);
-        EXPECT_EQ(sight->channel, -1);
+        const std::optional<LayerHit> hit = map.See(x, y, slope_x, slope_y);
+        ASSERT_TRUE(hit) << column << " " << row;
+        EXPECT_NEAR(hit->column, column + 0.5, 1e-9);
+        EXPECT_NEAR(hit->row, row + 0.5, 1e-9);
+        EXPECT_EQ(hit->element_column, beam->x.opening);
+        EXPECT_EQ(hit->element_row, beam->y.opening);
+        EXPECT_FALSE(hit->guard);
+        EXPECT_EQ(hit->slots_x, 1U);
+        EXPECT_EQ(hit->channel, -1);
       }
     }
   }
@@ -143,12 +143,12 @@ TEST(LensletMap, KnowsGuardPixels) {
   const LensletMap map(Under(Array(Lattice::kSquare, 8, 4), 64, 64), 0);
   const double p = 0.163, x = 4 * p;  // the vertex over column 36 of 64
   // 2.5 pixels to the right lies a guard pixel.
-  const std::optional<Sight> guard = map.See(x, 4 * p, -2.5 * p / 2.92, 0);
+  const std::optional<LayerHit> guard = map.See(x, 4 * p, -2.5 * p / 2.92, 0);
   ASSERT_TRUE(guard);
   EXPECT_TRUE(guard->guard);
   EXPECT_NEAR(guard->column, 38.5, 1e-9);
   // 8 pixels further, a neighbour's: light that crosses.
-  const std::optional<Sight> crossed = map.See(x, 4 * p, -8.5 * p / 2.92, 0.5 * p / 2.92);
+  const std::optional<LayerHit> crossed = map.See(x, 4 * p, -8.5 * p / 2.92, 0.5 * p / 2.92);
   ASSERT_TRUE(crossed);
   EXPECT_FALSE(crossed->guard);
   EXPECT_EQ(crossed->element_column, 4);

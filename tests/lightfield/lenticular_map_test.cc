@@ -71,15 +71,14 @@ TEST(LenticularMap, SeesAlongEveryBeamTheEmitterThatMadeIt) {
             for (int channel = 0; channel < 3; ++channel) {
               const std::optional<Beam> beam = map.BeamOf(channel, column, row);
               ASSERT_TRUE(beam);
-              const std::optional<Sight> sight =
+              const std::optional<LayerHit> hit =
                   map.See(beam->x.element_mm, beam->y.element_mm, beam->x.slope(), beam->y.slope());
-              if (!sight) continue;  // beyond the panel's edge
+              if (!hit) continue;  // beyond the panel's edge
               ++beams;
-              EXPECT_NEAR(sight->column, column + ((mirror ? 2 - channel : channel) + 0.5) / 3,
-                          1e-9);
-              EXPECT_NEAR(sight->row, row + 0.5, 1e-9);
-              EXPECT_EQ(sight->channel, channel);
-              EXPECT_EQ(sight->element_column, beam->x.opening);
+              EXPECT_NEAR(hit->column, column + ((mirror ? 2 - channel : channel) + 0.5) / 3, 1e-9);
+              EXPECT_NEAR(hit->row, row + 0.5, 1e-9);
+              EXPECT_EQ(hit->channel, channel);
+              EXPECT_EQ(hit->element_column, beam->x.opening);
               if (shear) {
                 EXPECT_NEAR(beam->y.At(495), 0, 1e-9);
               }
@@ -113,18 +112,18 @@ TEST(LenticularMap, BendsRaysAcrossItsCylindersOnly) {
         const double across_mm = along_row_mm * cosine;
         const double slope_x = (x - ex) / kGap - cosine * across_mm / f;
         const double slope_y = (y - ey) / kGap - sine * across_mm / f;
-        const std::optional<Sight> sight = map.See(x, y, slope_x, slope_y);
-        ASSERT_TRUE(sight);
-        EXPECT_NEAR((sight->column - 100) * kPitch, ex, 1e-9);
-        EXPECT_NEAR((60 - sight->row) * kPitch, ey, 1e-9);
-        EXPECT_EQ(sight->element_column, std::floor(turns));
+        const std::optional<LayerHit> hit = map.See(x, y, slope_x, slope_y);
+        ASSERT_TRUE(hit);
+        EXPECT_NEAR((hit->column - 100) * kPitch, ex, 1e-9);
+        EXPECT_NEAR((60 - hit->row) * kPitch, ey, 1e-9);
+        EXPECT_EQ(hit->element_column, std::floor(turns));
         // Along the vertex line nothing changes but the height.
         const double step = 0.7;
         const auto above = map.See(x - step * sine, y + step * cosine, slope_x, slope_y);
         ASSERT_TRUE(above);
-        EXPECT_EQ(above->element_column, sight->element_column);
-        EXPECT_NEAR((above->column - sight->column) * kPitch, -step * sine, 1e-9);
-        EXPECT_NEAR((above->row - sight->row) * kPitch, -step * cosine, 1e-9);
+        EXPECT_EQ(above->element_column, hit->element_column);
+        EXPECT_NEAR((above->column - hit->column) * kPitch, -step * sine, 1e-9);
+        EXPECT_NEAR((above->row - hit->row) * kPitch, -step * cosine, 1e-9);
       }
     }
   }
