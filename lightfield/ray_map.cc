@@ -4,14 +4,6 @@
 
 namespace lamella {
 
-double AxisBeam::OpeningBlurMm(double offset_mm) const {
-  return aperture_mm * std::abs(1 + offset_mm / d0_mm);
-}
-
-double AxisBeam::EmitterBlurMm(double offset_mm) const {
-  return emitter_width_mm * std::abs(offset_mm) / d0_mm;
-}
-
 int ShearShiftPx(double x_mm, double d0_mm, double distance_mm, double pitch_mm) {
   return static_cast<int>(std::floor(x_mm * d0_mm / (distance_mm * pitch_mm) + 0.5));
 }
@@ -20,11 +12,13 @@ RayMap::RayMap(const Display& display, int layer_index) {
   const Layer& layer = display.layers.at(static_cast<std::size_t>(layer_index));
   columns_ = display.emitter_columns();
   rows_ = display.emitter_rows();
-  pitch_mm_ = display.emitter_pitch_mm();
+  pitch_mm_ = display.emitter_pitch_mm(layer);
   position_mm_ = layer.position_mm;
-  d0_mm_ = layer.d0_mm;
+  d0_mm_ = layer.seen_d0_mm();
   shear_distance_mm_ = display.shear ? display.distance_mm(layer) : 0.0;
-  barrier_ = layer.barrier;
+  const Barrier* barrier = std::get_if<Barrier>(&layer.optics);
+  barrier_ =
+      barrier != nullptr ? *barrier : BarrierOf(display, static_cast<std::size_t>(layer_index));
   x_ = MakeAxis(columns_, 1);
   y_ = MakeAxis(rows_, -1);
 }
@@ -111,6 +105,20 @@ std::optional<AxisHit> RayMap::Seen(const Axis& axis, double position, double sl
   hit.open_slots = axis.open_slots[static_cast<std::size_t>(hit.element)];
   if (hit.open_slots == 0) return std::nullopt;
   while ((hit.open_slots >> hit.slot & 1U) == 0) ++hit.slot;
+  return hit;
+}
+
+std::optional<LayerHit> RayMap::See(double x_mm, double y_mm, double slope_x,
+                                    double slope_y) const {
+  const std::optional<AxisHit> x = SeenColumn(x_mm, slope_x), y = SeenRow(y_mm, slope_y);
+  if (!x || !y) return std::nullopt;
+  LayerHit hit;
+  hit.element_column = x->element;
+  hit.element_row = y->element;
+  hit.column = (x_mm - d0_mm_ * slope_x) / pitch_mm_ + columns_ / 2.0;
+  hit.row = rows_ / 2.0 - (y_mm - d0_mm_ * slope_y) / pitch_mm_;
+  hit.slots_x = x->open_slots;
+  hit.slots_y = y->open_slots;
   return hit;
 }
 
