@@ -59,7 +59,8 @@ Image<Rgb> LightOfEmitter(const PanelCalibration& panel, ImageSpan<const Rgb8> c
   CheckSize(panel, codes);
   const std::array<float, 256> levels = Levels(panel.photometry);
   const Eigen::Matrix3f primaries = panel.photometry.primaries.cast<float>();
-  const bool plain = panel.photometry.primaries == Eigen::Matrix3d::Identity();
+  const bool plain = panel.rgb_stripes ||  // whose colours mix in the eye
+                     panel.photometry.primaries == Eigen::Matrix3d::Identity();
   Image<Rgb> light(codes.width, codes.height);
   for (int y = 0; y < codes.height; ++y) {
     for (int x = 0; x < codes.width; ++x) {

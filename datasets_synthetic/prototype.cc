@@ -41,6 +41,17 @@ struct TracedLayer {
   const ShownLayer* shown;
   double falloff;  // exponent of both panels
 
+  // What the emitter sends from a place within its pixel.
+  Rgb Emitted(const Image<Rgb>& image, int x, int y, double u) const {
+    const Rgb& light = image(x, y);
+    if (!calibration->emitter.rgb_stripes) return light;
+    const int channel = std::clamp(static_cast<int>(3 * (u - x)), 0, 2);
+    const float level = channel == 0 ? light.r : channel == 1 ? light.g : light.b;
+    const Eigen::Vector3f stripe =
+        3 * level * calibration->emitter.photometry.primaries.col(channel).cast<float>();
+    return {stripe.x(), stripe.y(), stripe.z()};
+  }
+
   void AddLight(const Vector3d& origin, const Vector3d& direction, double weight, Sum& sum) const {
     const std::optional<SightHit> hit = sights.Seen(origin, direction);
     if (!hit) return;
@@ -52,7 +63,9 @@ struct TracedLayer {
     double scale = weight * calibration->gain / static_cast<double>(slots);
     if (falloff > 0) scale *= std::pow(hit->cosine, falloff);
     if (!calibration->modulator) {
-      for (const auto& image : shown->emitter) sum.Add(scale, (*image)(*x, *y));
+      for (const auto& image : shown->emitter) {
+        sum.Add(scale, Emitted(*image, *x, *y, hit->emitter.x()));
+      }
       return;
     }
     const std::optional<int> u = PixelOf(hit->modulator.x(), calibration->modulator->width_px),
@@ -61,7 +74,8 @@ struct TracedLayer {
     for (std::size_t slot = 0; slot < slots; ++slot) {
       const float transmittance = (*shown->modulator[slot])(*u, *v);
       if (transmittance == 0) continue;
-      sum.Add(scale * static_cast<double>(transmittance), (*shown->emitter[slot])(*x, *y));
+      sum.Add(scale * static_cast<double>(transmittance),
+              Emitted(*shown->emitter[slot], *x, *y, hit->emitter.x()));
     }
   }
 };

@@ -186,8 +186,8 @@ class Distributor {
       : source_(source), display_(display), weights_(WeightsOf(display, options)) {
     for (LayerGroup& group : GroupLayers(display)) {
       const Layer& first = display.layers[Index(group.layers[0])];
-      nodes_.push_back(
-          MakeNodes(display, group.maps, options, first.d0_mm, first.barrier.period_px % 2 == 0));
+      nodes_.push_back(MakeNodes(display, group.maps, options, first.d0_mm,
+                                 BarrierOf(display, Index(group.layers[0])).period_px % 2 == 0));
       groups_.push_back(std::move(group));
     }
   }
@@ -204,7 +204,7 @@ class Distributor {
 
  private:
   EmitterSums MakeSums(int layer) const {
-    const int k = display_.layers[Index(layer)].barrier.slots;
+    const int k = SlotsPerAxis(display_.layers[Index(layer)]);
     EmitterSums sums{k, {}};
     for (int slot = 0; slot < k * k; ++slot) {
       sums.slots.emplace_back(display_.emitter_columns(), display_.emitter_rows());
@@ -270,6 +270,7 @@ std::vector<int> BeamsWithin(const RayMap& map, Axis axis, int slot, double half
 LayerImages Distribute(const RaySource& source, const Display& display,
                        const LayersOptions& options, Progress& progress) {
   Check(display, display.name);
+  RequireBarriers(display);
   LayerImages images;
   images.slots = Distributor(source, display, options).Run(progress);
   images.seen_share = SeenShare(images, display, std::numeric_limits<double>::infinity(),

@@ -72,7 +72,7 @@ double OnPlane(double x0, double e, double distance, double z) {
 
 LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye, int lines) {
   const RayMap map(display, layer);
-  const Barrier& barrier = display.layers[static_cast<std::size_t>(layer)].barrier;
+  const Barrier& barrier = BarrierOf(display, static_cast<std::size_t>(layer));
   const double step = eye.pixel_mm / lines;
   const double d = eye.position.z(), z = map.position_mm(), z_emitters = z - map.d0_mm();
   const auto beside = [&](double x0, double e, double half_width) {
@@ -134,7 +134,7 @@ void CheckInput(const LayerImages& layers, const Display& display, const Eye& ey
                      "run the stage layers again");
   }
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    const std::size_t k = static_cast<std::size_t>(display.layers[l].barrier.slots);
+    const std::size_t k = static_cast<std::size_t>(BarrierOf(display, l).slots);
     if (layers.slots[l].size() != k * k) {
       throw InputError(display.name,
                        fmt::format("layer {} has {} slots, the emitter images {}", l, k * k,
@@ -181,7 +181,7 @@ EyePicture SimulateEye(const LayerImages& layers, const Display& display, const 
   std::vector<float> gains;  // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     paths.push_back(PathsOfLayer(display, static_cast<int>(l), eye, lines));
-    const Barrier& barrier = display.layers[l].barrier;
+    const Barrier& barrier = BarrierOf(display, l);
     const double open =
         static_cast<double>(barrier.slots) * barrier.aperture_px / barrier.period_px;
     gains.push_back(static_cast<float>(1 / (open * open)));
@@ -195,8 +195,7 @@ EyePicture SimulateEye(const LayerImages& layers, const Display& display, const 
       const LayerPaths& layer = paths[l];
       for (std::size_t r = layer.first_row[static_cast<std::size_t>(row)];
            r < layer.first_row[static_cast<std::size_t>(row) + 1]; ++r) {
-        AddRow(layers.slots[l], display.layers[l].barrier, layer.columns, layer.rows[r],
-               layer_sums);
+        AddRow(layers.slots[l], BarrierOf(display, l), layer.columns, layer.rows[r], layer_sums);
       }
       for (std::size_t x = 0; x < sums.size(); ++x) {
         sums[x].color += gains[l] * layer_sums[x].color;
@@ -216,10 +215,11 @@ EyePicture SimulateEye(const LayerImages& layers, const Display& display, const 
 double CleanEyeBox(const Display& display) {
   if (!display.shear) return 0;
   double box = std::numeric_limits<double>::infinity();
-  for (const Layer& layer : display.layers) {
-    const double half_px = (layer.barrier.period_px - layer.barrier.aperture_px) / 2.0 - 0.5;
-    box = std::min(
-        box, half_px * display.emitter_pitch_mm() * display.viewing_distance_mm / layer.d0_mm);
+  for (std::size_t l = 0; l < display.layers.size(); ++l) {
+    const Barrier& barrier = BarrierOf(display, l);
+    const double half_px = (barrier.period_px - barrier.aperture_px) / 2.0 - 0.5;
+    box = std::min(box, half_px * display.emitter_pitch_mm() * display.viewing_distance_mm /
+                            display.layers[l].d0_mm);
   }
   return std::max(0.0, box);
 }

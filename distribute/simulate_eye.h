@@ -40,7 +40,8 @@ struct EyePicture {
 
 // `lines` x `lines` lines of sight per pixel, each followed through all layers and slots. `layers`
 // has the display's layers and slots (InputError where it has not, UsageError where the eye is
-// inside the display). The result does not depend on the number of threads.
+// inside the display or its optics are not barriers). The result does not depend on the number of
+// threads.
 EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
                        int lines);
 

@@ -147,24 +147,6 @@ SpreadKernel GaussianSpread(double sigma_px) {
   return kernel;
 }
 
-Calibration DesignCalibration(const Display& display) {
-  Calibration calibration;
-  calibration.display = display.name;
-  for (const Layer& layer : display.layers) {
-    LayerCalibration as_designed;
-    as_designed.display_from_stack.translation = {0, 0, layer.position_mm};
-    as_designed.emitter.width_px = display.width_px;
-    as_designed.emitter.height_px = display.height_px;
-    as_designed.emitter.pitch_mm = display.pitch_mm;
-    as_designed.emitter.mirror_x = layer.mirror_x;
-    as_designed.modulator = as_designed.emitter;
-    as_designed.gap_mm = layer.d0_mm;
-    as_designed.gain = 1 / static_cast<double>(display.layers.size());
-    calibration.layers.push_back(as_designed);
-  }
-  return calibration;
-}
-
 void Check(const Calibration& calibration, const std::string& where) {
   if (calibration.layers.empty()) throw UsageError(where, "has no layer", "give one or more");
   for (std::size_t i = 0; i < calibration.layers.size(); ++i) {

@@ -62,6 +62,7 @@ struct PanelCalibration {
   double bow_mm = 0;                       // b: sag of the corners, to the viewer where positive
   double pincushion = 0;                   // q: of relayed images
   bool mirror_x = false;
+  bool rgb_stripes = false;  // red, green and blue light fill the thirds of a pixel, from its left
   Photometry photometry;
 
   double HalfDiagonalMm() const;  // R
@@ -107,7 +108,8 @@ struct Calibration {
 };
 
 // As designed: panels in place, air gaps of d0, an sRGB response without black, n layers of gain
-// 1/n, reflected layers mirrored.
+// 1/n, reflected layers mirrored, lens sheets on their lattice, and what a relay magnifies as it is
+// seen: scale M - 1, gap M^2 d0, lens pitch M p.
 Calibration DesignCalibration(const Display& display);
 
 // UsageError (one line naming layer, panel and field) where a number is not finite or not possible:

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include "lightfield/error.h"
+#include "lightfield/varifocal.h"
 
 namespace lamella {
 namespace {
@@ -16,13 +16,21 @@ constexpr double kShortestMm = 1e-9;
 constexpr std::int64_t kMostEmitters = std::int64_t{1} << 28;
 constexpr int kMostSlotsPerAxis = 32;  // a bit each in RayMap
 constexpr int kMostLayers = 1024;
-constexpr double kSteepest = 57;  // tangent of half the fan: 178 degrees
+constexpr double kWidestFanDeg = 178;
+constexpr double kLargestRatio = 4096;  // of a lens to an emitter
+constexpr double kLargestMagnification = 1000;
+constexpr double kLargestSlant = 1000;
 
 struct Checker {
   const std::string& where;
 
   void Require(bool holds, const std::string& what, const std::string& fix) const {
     if (!holds) throw UsageError(where, what, fix);
+  }
+  // Written so that a NaN is outside.
+  void Within(double value, double least, double most, const std::string& name) const {
+    Require(value >= least && value <= most, fmt::format("{} = {}", name, value),
+            fmt::format("give a number from {} to {}", least, most));
   }
   void Length(double value, const std::string& name) const {
     Require(std::isfinite(value) && value >= kShortestMm && value <= kLongestMm,
@@ -48,25 +56,67 @@ void CheckPanel(const Display& display, const Checker& check) {
   check.Length(display.viewing_distance_mm, "viewing_distance_mm");
 }
 
-void CheckBarrier(const Display& display, const Barrier& barrier, const std::string& layer,
-                  const Checker& check) {
-  const auto [period, aperture, slots] = barrier;
-  check.Require(period >= 1 && period <= 4096, fmt::format("{}: period_px = {}", layer, period),
-                "give a period of 1 to 4096 emitters");
-  check.Require(aperture >= 1 && aperture <= period,
-                fmt::format("{}: aperture_px = {} in a period of {}", layer, aperture, period),
-                "give an aperture of at least 1 and at most the period");
-  check.Require((period - aperture) % 2 == 0,
-                fmt::format("{}: period_px = {} and aperture_px = {} are not both even or both odd",
-                            layer, period, aperture),
-                "make them of equal parity, or fans are off by half an emitter");
-  check.Require(slots >= 1 && slots <= kMostSlotsPerAxis && period % slots == 0,
-                fmt::format("{}: slots = {} per axis in a period of {}", layer, slots, period),
-                fmt::format("give slots from 1 to {} that divide the period", kMostSlotsPerAxis));
-  check.Require(aperture <= display.emitter_columns() && aperture <= display.emitter_rows(),
-                fmt::format("{}: no opening of {} emitters fits the panel", layer, aperture),
-                "give a larger panel or a smaller aperture");
-}
+struct OpticsChecker {
+  const Display& display;
+  const std::string& layer;
+  const Checker& check;
+
+  void operator()(const Barrier& barrier) const {
+    const auto [period, aperture, slots] = barrier;
+    check.Require(period >= 1 && period <= 4096, fmt::format("{}: period_px = {}", layer, period),
+                  "give a period of 1 to 4096 emitters");
+    check.Require(aperture >= 1 && aperture <= period,
+                  fmt::format("{}: aperture_px = {} in a period of {}", layer, aperture, period),
+                  "give an aperture of at least 1 and at most the period");
+    check.Require(
+        (period - aperture) % 2 == 0,
+        fmt::format("{}: period_px = {} and aperture_px = {} are not both even or both odd", layer,
+                    period, aperture),
+        "make them of equal parity, or fans are off by half an emitter");
+    check.Require(slots >= 1 && slots <= kMostSlotsPerAxis && period % slots == 0,
+                  fmt::format("{}: slots = {} per axis in a period of {}", layer, slots, period),
+                  fmt::format("give slots from 1 to {} that divide the period", kMostSlotsPerAxis));
+    check.Require(aperture <= display.emitter_columns() && aperture <= display.emitter_rows(),
+                  fmt::format("{}: no opening of {} emitters fits the panel", layer, aperture),
+                  "give a larger panel or a smaller aperture");
+  }
+
+  void operator()(const LensletArray& lenses) const {
+    check.Within(lenses.pitch_px, 1, kLargestRatio, layer + ": pitch_px");
+    check.Require(lenses.rays >= 1 && lenses.rays <= lenses.pitch_px,
+                  fmt::format("{}: rays = {} under lenses of {} emitters", layer, lenses.rays,
+                              lenses.pitch_px),
+                  "give at least 1 ray and at most the pitch");
+    check.Within(lenses.offset_x_px, -kLargestRatio, kLargestRatio, layer + ": offset_px right");
+    check.Within(lenses.offset_y_px, -kLargestRatio, kLargestRatio, layer + ": offset_px down");
+    check.Require(lenses.pitch_px <= display.emitter_columns() &&
+                      lenses.row_pitch_px() <= display.emitter_rows(),
+                  fmt::format("{}: no lens of {} emitters fits the panel", layer, lenses.pitch_px),
+                  "give a larger panel or a smaller pitch");
+    Focal(lenses.focal_mm);
+  }
+
+  void operator()(const Lenticular& lenses) const {
+    check.Within(lenses.subpixels_per_lens, 1, kLargestRatio, layer + ": subpixels_per_lens");
+    check.Within(lenses.slant, -kLargestSlant, kLargestSlant, layer + ": slant");
+    check.Within(lenses.views, 1, kLargestRatio, layer + ": views");
+    check.Within(lenses.offset_subpx, -kLargestRatio, kLargestRatio, layer + ": offset_subpx");
+    check.Require(lenses.subpixels_per_lens <= 3.0 * display.emitter_columns(),
+                  fmt::format("{}: no lens of {} sub-pixels fits the panel", layer,
+                              lenses.subpixels_per_lens),
+                  "give a larger panel or narrower lenses");
+    check.Require(
+        display.binning_px == 1,
+        fmt::format("{}: lenticular lenses over binning_px = {}", layer, display.binning_px),
+        "give binning_px = 1: each sub-pixel is an emitter of its own");
+    Focal(lenses.focal_mm);
+  }
+
+ private:
+  void Focal(double focal_mm) const {
+    if (focal_mm != 0) check.Length(focal_mm, layer + ": focal_mm");
+  }
+};
 
 void CheckLayer(const Display& display, std::size_t index, const Checker& check) {
   const Layer& layer = display.layers[index];
@@ -75,13 +125,14 @@ void CheckLayer(const Display& display, std::size_t index, const Checker& check)
                 fmt::format("{}: position_mm = {}", name, layer.position_mm),
                 fmt::format("give millimetres from -{0} to {0}", kLongestMm));
   check.Length(layer.d0_mm, name + ": the gap d0_mm");
-  CheckBarrier(display, layer.barrier, name, check);
-  const double steepest = layer.barrier.period_px * display.emitter_pitch_mm() / (2 * layer.d0_mm);
-  check.Require(steepest <= kSteepest,
+  check.Within(layer.magnification, 1 / kLargestMagnification, kLargestMagnification,
+               name + ": the magnification");
+  std::visit(OpticsChecker{display, name, check}, layer.optics);
+  check.Require(FieldOfViewDeg(display, layer) <= kWidestFanDeg,
                 fmt::format("{}: a gap of {} mm makes a fan of {:.2f} degrees", name, layer.d0_mm,
                             FieldOfViewDeg(display, layer)),
                 "give a wider gap or a shorter period (at most 178 degrees)");
-  check.Require(display.distance_mm(layer) > layer.d0_mm,
+  check.Require(display.distance_mm(layer) > layer.seen_d0_mm(),
                 fmt::format("{}: viewing_distance_mm = {} is not in front of position_mm = {}",
                             name, display.viewing_distance_mm, layer.position_mm),
                 "put the viewer in front of every layer by more than its gap");
@@ -99,10 +150,32 @@ void CheckLayer(const Display& display, std::size_t index, const Checker& check)
 
 }  // namespace
 
+void CheckVarifocal(const Varifocal& varifocal, const std::string& where) {
+  const Checker check{where};
+  check.Require(varifocal.planes >= 1 && varifocal.planes <= kMostLayers,
+                fmt::format("[varifocal]: planes = {}", varifocal.planes),
+                fmt::format("give 1 to {} planes", kMostLayers));
+  check.Length(varifocal.depth_mm, "[varifocal]: depth_mm");
+  check.Require(!std::isnan(varifocal.relay_focal_mm) && varifocal.relay_focal_mm != 0,
+                fmt::format("[varifocal]: relay_focal_mm = {}", varifocal.relay_focal_mm),
+                "give millimetres, or inf where the magnification is the same at all depths");
+  for (const double end : {-0.5, 0.5}) {
+    const double z = end * varifocal.depth_mm;
+    check.Within(PlaneMagnification(varifocal, z), 1 / kLargestMagnification, kLargestMagnification,
+                 fmt::format("[varifocal]: the magnification at {} mm", z));
+  }
+}
+
 void Check(const Display& display, const std::string& where) {
   const Checker check{where};
   CheckPanel(display, check);
   check.Require(!display.layers.empty(), "the display has no layer", "add a [[layer]]");
+  if (display.varifocal) {
+    CheckVarifocal(*display.varifocal, where);
+    check.Require(display.layers == PlanesOf(*display.varifocal, display.layers.front()),
+                  "the layers are not the planes of [varifocal]",
+                  "give one [[layer]] without position_mm");
+  }
   check.Require(display.layers.size() <= static_cast<std::size_t>(kMostLayers),
                 fmt::format("the display has {} layers", display.layers.size()),
                 fmt::format("at most {} can be handled", kMostLayers));
@@ -114,57 +187,51 @@ void Check(const Display& display, const std::string& where) {
   for (std::size_t i = 0; i < display.layers.size(); ++i) CheckLayer(display, i, check);
 }
 
-double FieldOfViewDeg(const Display& display, const Layer& layer) {
-  const double window = layer.barrier.period_px * display.emitter_pitch_mm();
-  return 2 * std::atan(window / (2 * layer.d0_mm)) * 180 / std::numbers::pi;
+std::string NameOf(const Optics& optics) {
+  if (std::holds_alternative<Barrier>(optics)) return "a barrier";
+  return std::holds_alternative<LensletArray>(optics) ? "lenslets" : "lenticular lenses";
 }
 
-double LatticePitchMm(const Display& display, const Layer& layer) {
-  return layer.barrier.stride_px() * display.emitter_pitch_mm();
-}
-
-double SharpRangeMm(const Display& display, const Layer& layer) {
-  return layer.d0_mm * LatticePitchMm(display, layer) / display.emitter_pitch_mm();
-}
-
-double SharpestOffsetMm(const Layer& layer) {
-  const double opening = layer.barrier.aperture_px;  // in emitters, so w_u = 1
-  return -layer.d0_mm * opening * opening / (opening * opening + 1);
-}
-
-double MeanSharpestOffsetMm(const std::vector<Layer>& layers) {
-  double sum = 0;
-  for (const Layer& layer : layers) sum += SharpestOffsetMm(layer);
-  return layers.empty() ? 0 : sum / static_cast<double>(layers.size());
-}
-
-double CutoffPerMm(const Display& display, const Layer& layer, double offset_mm) {
-  const double lattice = 1 / (2 * LatticePitchMm(display, layer));
-  if (offset_mm == 0) return lattice;
-  return std::min(layer.d0_mm / (2 * display.emitter_pitch_mm() * std::abs(offset_mm)), lattice);
-}
-
-double ViewSpacingMm(const Display& display, const Layer& layer, double distance_mm) {
-  return display.emitter_pitch_mm() * distance_mm / layer.d0_mm;
-}
-
-double WindowPitchMm(const Display& display, const Layer& layer) {
-  const double pitch = layer.barrier.period_px * display.emitter_pitch_mm();
-  const double distance = display.distance_mm(layer);
-  return display.shear ? pitch * (distance + layer.d0_mm) / distance : pitch;
-}
-
-double Brightness(const Display& display, const Layer& layer) {
-  const double open = static_cast<double>(layer.barrier.aperture_px) / layer.barrier.period_px;
-  return open * open / static_cast<double>(display.layers.size());
-}
-
-double DepthBudgetMm(const Display& display) {
-  double budget = 0;
-  for (const Layer& layer : display.layers) {
-    budget = std::max(budget, std::abs(layer.position_mm) + SharpRangeMm(display, layer));
+const Barrier& BarrierOf(const Display& display, std::size_t index) {
+  constexpr const char* kFix =
+      "give a display of barriers (`lamella displays` lists them); `displays check` and `synth "
+      "photos` take this one";
+  const Layer& layer = display.layers.at(index);
+  const Barrier* barrier = std::get_if<Barrier>(&layer.optics);
+  if (barrier == nullptr) {
+    throw UsageError(display.name,
+                     fmt::format("layer {} has {}, and only barriers can be encoded in this "
+                                 "version",
+                                 index, NameOf(layer.optics)),
+                     kFix);
   }
-  return budget;
+  if (layer.magnification != 1) {
+    throw UsageError(display.name,
+                     fmt::format("layer {} is magnified {:g} times, and only layers that are seen "
+                                 "as they are can be encoded in this version",
+                                 index, layer.magnification),
+                     kFix);
+  }
+  return *barrier;
+}
+
+void RequireBarriers(const Display& display) {
+  for (std::size_t i = 0; i < display.layers.size(); ++i) BarrierOf(display, i);
+}
+
+int SlotsPerAxis(const Layer& layer) {
+  const Barrier* barrier = std::get_if<Barrier>(&layer.optics);
+  return barrier != nullptr ? barrier->slots : 1;
+}
+
+std::vector<Layer> PlanesOf(const Varifocal& varifocal, const Layer& layer) {
+  std::vector<Layer> planes;
+  for (const double z : PlaneDepthsMm(varifocal)) {
+    planes.push_back(layer);
+    planes.back().position_mm = z;
+    planes.back().magnification = PlaneMagnification(varifocal, z);
+  }
+  return planes;
 }
 
 }  // namespace lamella

@@ -1,5 +1,6 @@
 // The display's TOML (docs/formats.md): read strictly, so that a misspelt key is never ignored.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -61,6 +62,27 @@ class Reader {
     if (const auto* text = node->as_string()) return text->get();
     throw WrongType(*node, key, "a string in quotes");
   }
+  // One of these words.
+  std::optional<std::string> Word(const char* key, const std::vector<std::string>& words) const {
+    const std::optional<std::string> word = Text(key);
+    if (!word || std::find(words.begin(), words.end(), *word) != words.end()) return word;
+    throw UsageError(At(*table_.get(key)), fmt::format("{} = \"{}\" is not known", key, *word),
+                     fmt::format("did you mean \"{}\"?", NearestName(*word, words)));
+  }
+  std::optional<std::array<double, 2>> Pair(const char* key) const {
+    const toml::node* node = table_.get(key);
+    if (!node) return std::nullopt;
+    const toml::array* numbers = node->as_array();
+    if (!numbers || numbers->size() != 2 || !(*numbers)[0].is_number() ||
+        !(*numbers)[1].is_number()) {
+      throw WrongType(*node, key, "two numbers [right, down]");
+    }
+    return std::array{*(*numbers)[0].value<double>(), *(*numbers)[1].value<double>()};
+  }
+  // UsageError at the key, where it is given.
+  void Refuse(const char* key, const std::string& what, const std::string& fix) const {
+    if (const toml::node* node = table_.get(key)) throw UsageError(At(*node), what, fix);
+  }
   const toml::table* Table(const char* key) const {
     const toml::node* node = table_.get(key);
     if (!node) return nullptr;
@@ -110,24 +132,121 @@ double ReadGap(const Reader& layer, const std::string& where, const std::string&
   return *gap / n;
 }
 
-Layer ReadLayer(const toml::table& table, const std::string& where, std::size_t index) {
+Barrier ReadBarrier(const toml::table& table, const std::string& where, const std::string& layer) {
+  const Reader reader(table, where, layer + "'s barrier", {"period_px", "aperture_px", "slots"});
+  Barrier barrier;
+  barrier.period_px = reader.Need(reader.Integer("period_px"), "period_px");
+  barrier.aperture_px = reader.Need(reader.Integer("aperture_px"), "aperture_px");
+  barrier.slots = reader.Need(reader.Integer("slots"), "slots");
+  return barrier;
+}
+
+LensletArray ReadLenslets(const toml::table& table, const std::string& where,
+                          const std::string& layer) {
+  const Reader reader(table, where, layer + "'s lenslets",
+                      {"lattice", "pitch_px", "rays", "offset_px", "shift_odd_rows", "focal_mm"});
+  LensletArray lenses;
+  const std::string lattice =
+      reader.Need(reader.Word("lattice", {"square", "hexagonal"}), "lattice");
+  lenses.lattice =
+      lattice == "square" ? LensletArray::Lattice::kSquare : LensletArray::Lattice::kHexagonal;
+  lenses.pitch_px = reader.Need(reader.Number("pitch_px"), "pitch_px");
+  lenses.rays = reader.Need(reader.Integer("rays"), "rays");
+  const std::array<double, 2> offset = reader.Pair("offset_px").value_or(std::array{0.0, 0.0});
+  lenses.offset_x_px = offset[0];
+  lenses.offset_y_px = offset[1];
+  lenses.shift_odd_rows = reader.Truth("shift_odd_rows").value_or(lenses.shift_odd_rows);
+  lenses.focal_mm = reader.Number("focal_mm").value_or(lenses.focal_mm);
+  return lenses;
+}
+
+Lenticular ReadLenticular(const toml::table& table, const std::string& where,
+                          const std::string& layer) {
+  const Reader reader(table, where, layer + "'s lenticular",
+                      {"subpixels_per_lens", "slant", "views", "offset_subpx", "focal_mm"});
+  Lenticular lenses;
+  lenses.subpixels_per_lens =
+      reader.Need(reader.Number("subpixels_per_lens"), "subpixels_per_lens");
+  lenses.slant = reader.Need(reader.Number("slant"), "slant");
+  lenses.views = reader.Need(reader.Integer("views"), "views");
+  lenses.offset_subpx = reader.Number("offset_subpx").value_or(lenses.offset_subpx);
+  lenses.focal_mm = reader.Number("focal_mm").value_or(lenses.focal_mm);
+  return lenses;
+}
+
+Optics ReadOptics(const Reader& layer, const std::string& where, const std::string& name) {
+  const toml::table* barrier = layer.Table("barrier");
+  const toml::table* lenslets = layer.Table("lenslets");
+  const toml::table* lenticular = layer.Table("lenticular");
+  const int given = (barrier ? 1 : 0) + (lenslets ? 1 : 0) + (lenticular ? 1 : 0);
+  if (given > 1) {
+    layer.Refuse(lenticular ? "lenticular" : "lenslets",
+                 name +
+                     " has more than one of [layer.barrier], [layer.lenslets] and "
+                     "[layer.lenticular]",
+                 "keep the one that the layer has");
+  }
+  if (barrier) return ReadBarrier(*barrier, where, name);
+  if (lenslets) return ReadLenslets(*lenslets, where, name);
+  if (lenticular) return ReadLenticular(*lenticular, where, name);
+  throw UsageError(where, name + " has no [layer.barrier], [layer.lenslets] or [layer.lenticular]",
+                   "add one, a barrier for instance with period_px, aperture_px and slots");
+}
+
+// A plane of [varifocal] has its position and magnification from there.
+Layer ReadLayer(const toml::table& table, const std::string& where, std::size_t index,
+                bool varifocal) {
   const std::string name = fmt::format("layer {}", index);
   const Reader reader(table, where, name,
-                      {"position_mm", "d0_mm", "gap_mm", "index", "mirror_x", "barrier"});
+                      {"position_mm", "d0_mm", "gap_mm", "index", "mirror_x", "magnification",
+                       "barrier", "lenslets", "lenticular"});
   Layer layer;
-  layer.position_mm = reader.Need(reader.Number("position_mm"), "position_mm");
+  if (varifocal) {
+    for (const char* key : {"position_mm", "magnification"}) {
+      reader.Refuse(key, fmt::format("{} has {} beside [varifocal]", name, key),
+                    "leave it out: it follows from [varifocal]");
+    }
+  } else {
+    layer.position_mm = reader.Need(reader.Number("position_mm"), "position_mm");
+    layer.magnification = reader.Number("magnification").value_or(1);
+  }
   layer.d0_mm = ReadGap(reader, where, name);
   layer.mirror_x = reader.Truth("mirror_x").value_or(false);
-  const toml::table* barrier = reader.Table("barrier");
-  if (!barrier) {
-    throw UsageError(where, name + " has no [layer.barrier]",
-                     "add it with period_px, aperture_px and slots");
-  }
-  const Reader b(*barrier, where, name + "'s barrier", {"period_px", "aperture_px", "slots"});
-  layer.barrier.period_px = b.Need(b.Integer("period_px"), "period_px");
-  layer.barrier.aperture_px = b.Need(b.Integer("aperture_px"), "aperture_px");
-  layer.barrier.slots = b.Need(b.Integer("slots"), "slots");
+  layer.optics = ReadOptics(reader, where, name);
   return layer;
+}
+
+Varifocal ReadVarifocal(const toml::table& table, const std::string& where) {
+  const Reader reader(table, where, "[varifocal]",
+                      {"planes", "depth_mm", "spacing", "relay_focal_mm", "magnification0"});
+  Varifocal varifocal;
+  varifocal.planes = reader.Need(reader.Integer("planes"), "planes");
+  varifocal.depth_mm = reader.Need(reader.Number("depth_mm"), "depth_mm");
+  if (reader.Word("spacing", {"uniform", "sinusoidal"}) == "sinusoidal") {
+    varifocal.spacing = Varifocal::Spacing::kSinusoidal;
+  }
+  varifocal.relay_focal_mm = reader.Number("relay_focal_mm").value_or(varifocal.relay_focal_mm);
+  varifocal.magnification0 = reader.Number("magnification0").value_or(varifocal.magnification0);
+  return varifocal;
+}
+
+void ReadLayers(const Reader& top, const std::string& where, Display& display) {
+  if (const toml::table* varifocal = top.Table("varifocal")) {
+    display.varifocal = ReadVarifocal(*varifocal, where);
+  }
+  const toml::array* tables = top.Tables("layer");
+  for (std::size_t i = 0; tables != nullptr && i < tables->size(); ++i) {
+    display.layers.push_back(
+        ReadLayer(*(*tables)[i].as_table(), where, i, display.varifocal.has_value()));
+  }
+  if (!display.varifocal) return;
+  if (display.layers.size() != 1) {
+    throw UsageError(where,
+                     fmt::format("[varifocal] and {} [[layer]] tables", display.layers.size()),
+                     "give exactly one [[layer]]: all planes are images of it");
+  }
+  CheckVarifocal(*display.varifocal, where);
+  display.layers = PlanesOf(*display.varifocal, display.layers[0]);
 }
 
 // Without border_mm: a fifth of the narrowest spacing (ranieri2012.md section 6).
@@ -142,7 +261,7 @@ double DefaultBorder(const std::vector<Layer>& layers) {
 Display ToDisplay(const toml::table& document, const std::string& where) {
   const Reader top(document, where, "the display",
                    {"format_version", "name", "viewing_distance_mm", "shear", "border_mm",
-                    "border_offset_mm", "panel", "layer"});
+                    "border_offset_mm", "panel", "layer", "varifocal"});
   const int version = top.Integer("format_version").value_or(kFormatVersion);
   if (version < 1 || version > kFormatVersion) {
     throw UsageError(where, fmt::format("format_version = {} is not known here", version),
@@ -163,11 +282,7 @@ Display ToDisplay(const toml::table& document, const std::string& where) {
   display.height_px = panel.Need(panel.Integer("height_px"), "height_px");
   display.pitch_mm = panel.Need(panel.Number("pitch_mm"), "pitch_mm");
   display.binning_px = panel.Integer("binning_px").value_or(1);
-  if (const toml::array* layers = top.Tables("layer")) {
-    for (const toml::node& layer : *layers) {
-      display.layers.push_back(ReadLayer(*layer.as_table(), where, display.layers.size()));
-    }
-  }
+  ReadLayers(top, where, display);
   display.border_mm = top.Number("border_mm").value_or(DefaultBorder(display.layers));
   display.border_offset_mm =
       top.Number("border_offset_mm").value_or(MeanSharpestOffsetMm(display.layers));
@@ -185,6 +300,51 @@ std::string Quoted(const std::string& text) {
     }
   }
   return quoted + '"';
+}
+
+std::string FocalToToml(double focal_mm) {
+  return focal_mm == 0 ? "" : fmt::format("focal_mm = {}\n", focal_mm);
+}
+
+std::string ToToml(const Optics& optics) {
+  if (const Barrier* barrier = std::get_if<Barrier>(&optics)) {
+    return fmt::format("[layer.barrier]\nperiod_px = {}\naperture_px = {}\nslots = {}\n",
+                       barrier->period_px, barrier->aperture_px, barrier->slots);
+  }
+  if (const LensletArray* lenses = std::get_if<LensletArray>(&optics)) {
+    const bool square = lenses->lattice == LensletArray::Lattice::kSquare;
+    return fmt::format(
+               "[layer.lenslets]\nlattice = \"{}\"\npitch_px = {}\nrays = {}\n"
+               "offset_px = [{}, {}]\nshift_odd_rows = {}\n",
+               square ? "square" : "hexagonal", lenses->pitch_px, lenses->rays, lenses->offset_x_px,
+               lenses->offset_y_px, lenses->shift_odd_rows) +
+           FocalToToml(lenses->focal_mm);
+  }
+  const Lenticular& lenses = std::get<Lenticular>(optics);
+  return fmt::format(
+             "[layer.lenticular]\nsubpixels_per_lens = {}\nslant = {}\nviews = {}\n"
+             "offset_subpx = {}\n",
+             lenses.subpixels_per_lens, lenses.slant, lenses.views, lenses.offset_subpx) +
+         FocalToToml(lenses.focal_mm);
+}
+
+std::string ToToml(const Varifocal& varifocal) {
+  return fmt::format(
+      "\n[varifocal]\nplanes = {}\ndepth_mm = {}\nspacing = \"{}\"\nrelay_focal_mm = {}\n"
+      "magnification0 = {}\n",
+      varifocal.planes, varifocal.depth_mm,
+      varifocal.spacing == Varifocal::Spacing::kUniform ? "uniform" : "sinusoidal",
+      varifocal.relay_focal_mm, varifocal.magnification0);
+}
+
+std::string ToToml(const Layer& layer, bool varifocal) {
+  std::string text = "\n[[layer]]\n";
+  if (!varifocal) text += fmt::format("position_mm = {}\n", layer.position_mm);
+  text += fmt::format("d0_mm = {}\nmirror_x = {}\n", layer.d0_mm, layer.mirror_x);
+  if (!varifocal && layer.magnification != 1) {
+    text += fmt::format("magnification = {}\n", layer.magnification);
+  }
+  return text + ToToml(layer.optics);
 }
 
 }  // namespace
@@ -214,13 +374,10 @@ std::string ToToml(const Display& display) {
       kFormatVersion, Quoted(display.name), display.viewing_distance_mm, display.shear,
       display.border_mm, display.border_offset_mm, display.width_px, display.height_px,
       display.pitch_mm, display.binning_px);
-  for (const Layer& layer : display.layers) {
-    text += fmt::format(
-        "\n[[layer]]\nposition_mm = {}\nd0_mm = {}\nmirror_x = {}\n"
-        "[layer.barrier]\nperiod_px = {}\naperture_px = {}\nslots = {}\n",
-        layer.position_mm, layer.d0_mm, layer.mirror_x, layer.barrier.period_px,
-        layer.barrier.aperture_px, layer.barrier.slots);
+  if (display.varifocal) {
+    return text + ToToml(*display.varifocal) + ToToml(display.layers.front(), true);
   }
+  for (const Layer& layer : display.layers) text += ToToml(layer, false);
   return text;
 }
 

@@ -4,14 +4,6 @@
 
 namespace lamella {
 
-double AxisBeam::OpeningBlurMm(double offset_mm) const {
-  return aperture_mm * std::abs(1 + offset_mm / d0_mm);
-}
-
-double AxisBeam::EmitterBlurMm(double offset_mm) const {
-  return emitter_width_mm * std::abs(offset_mm) / d0_mm;
-}
-
 int ShearShiftPx(double x_mm, double d0_mm, double distance_mm, double pitch_mm) {
   return static_cast<int>(std::floor(x_mm * d0_mm / (distance_mm * pitch_mm) + 0.5));
 }
@@ -20,11 +12,13 @@ RayMap::RayMap(const Display& display, int layer_index) {
   const Layer& layer = display.layers.at(static_cast<std::size_t>(layer_index));
   columns_ = display.emitter_columns();
   rows_ = display.emitter_rows();
-  pitch_mm_ = display.emitter_pitch_mm();
+  pitch_mm_ = display.emitter_pitch_mm(layer);
   position_mm_ = layer.position_mm;
-  d0_mm_ = layer.d0_mm;
+  d0_mm_ = layer.seen_d0_mm();
   shear_distance_mm_ = display.shear ? display.distance_mm(layer) : 0.0;
-  barrier_ = layer.barrier;
+  const Barrier* barrier = std::get_if<Barrier>(&layer.optics);
+  barrier_ =
+      barrier != nullptr ? *barrier : BarrierOf(display, static_cast<std::size_t>(layer_index));
   x_ = MakeAxis(columns_, 1);
   y_ = MakeAxis(rows_, -1);
 }

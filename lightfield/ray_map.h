@@ -1,36 +1,16 @@
-// The ray map: the beam of every emitter of a layer in every time slot, and its inverse.
-//
-// Barriers on square lattices are separable: the map is a product of one map per axis.
+// The ray map of a barrier: the beam of every emitter of a layer in every time slot, and its
+// inverse. Barriers on square lattices are separable: the map is a product of one map per axis.
+// Lenses have maps of their own (lenslet_map.h, lenticular_map.h); layer_map.h has all in one.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "lightfield/beam.h"
 #include "lightfield/display.h"
 
 namespace lamella {
-
-// One axis of an emitter's beam: all lines from a point of the emitter, emitter_mm +-
-// emitter_width/2 on the emissive plane, through a point of the opening, element_mm +- aperture/2
-// on the modulating plane (displays.md sections 1.2 and 1.3). Right emitters send their light to
-// the left.
-struct AxisBeam {
-  int opening = 0;
-  double element_mm = 0;        // centre of the opening
-  double aperture_mm = 0;       // w_x, full width
-  double emitter_mm = 0;        // centre of the emitter
-  double emitter_width_mm = 0;  // w_u, full width
-  double d0_mm = 0;             // from the emissive to the modulating plane
-
-  double slope() const { return (element_mm - emitter_mm) / d0_mm; }  // dx/dz of its centre
-  // Where its centre is, offset_mm in front of the modulating plane.
-  double At(double offset_mm) const { return element_mm + offset_mm * slope(); }
-  // Widths of the two boxes whose convolution is the beam's section there: that of the opening,
-  // w_x |1 + offset/d0|, and that of the emitter, w_u |offset|/d0.
-  double OpeningBlurMm(double offset_mm) const;
-  double EmitterBlurMm(double offset_mm) const;
-};
 
 // Emitters by which the window of an opening at x_mm is shifted so that its fan aims at the point
 // distance_mm in front of the middle: floor(x d0/(D p) + 1/2).
@@ -47,7 +27,7 @@ struct AxisHit {
 
 class RayMap {
  public:
-  RayMap(const Display& display, int layer);
+  RayMap(const Display& display, int layer);  // UsageError where the layer has no barrier
 
   int slots_per_axis() const { return barrier_.slots; }
   int columns() const { return columns_; }

@@ -40,6 +40,7 @@ Json ToJson(const PanelCalibration& panel) {
           {"bow_mm", panel.bow_mm},
           {"pincushion", panel.pincushion},
           {"mirror_x", panel.mirror_x},
+          {"rgb_stripes", panel.rgb_stripes},
           {"response", ToJson(light.curve)},
           {"black", light.black},
           {"primaries", rows},
@@ -136,7 +137,7 @@ Photometry ReadPhotometry(const JsonObject& json) {
 
 PanelCalibration ReadPanel(const JsonObject& json) {
   json.CheckKeys({"width_px", "height_px", "pitch_mm", "scale", "aspect", "skew", "bow_mm",
-                  "pincushion", "mirror_x", "response", "black", "primaries", "falloff",
+                  "pincushion", "mirror_x", "rgb_stripes", "response", "black", "primaries", "falloff",
                   "crosstalk"});
   PanelCalibration panel;
   panel.width_px = json.Whole("width_px", 1, 1 << 20);
@@ -148,6 +149,7 @@ PanelCalibration ReadPanel(const JsonObject& json) {
   panel.bow_mm = json.NumberOr("bow_mm", 0);
   panel.pincushion = json.NumberOr("pincushion", 0);
   ReadFlag(json, "mirror_x", panel.mirror_x);
+  ReadFlag(json, "rgb_stripes", panel.rgb_stripes);
   panel.photometry = ReadPhotometry(json);
   return panel;
 }

@@ -37,14 +37,16 @@ double Number(const Json& json) {
 
 Json ToJson(const Display& display) {
   Json layers = Json::array();
-  for (const Layer& layer : display.layers) {
+  for (std::size_t l = 0; l < display.layers.size(); ++l) {
+    const Layer& layer = display.layers[l];
+    const Barrier& barrier = BarrierOf(display, l);
     layers.push_back({{"position_mm", layer.position_mm},
                       {"d0_mm", layer.d0_mm},
                       {"mirror_x", layer.mirror_x},
                       {"barrier",
-                       {{"period_px", layer.barrier.period_px},
-                        {"aperture_px", layer.barrier.aperture_px},
-                        {"slots", layer.barrier.slots}}}});
+                       {{"period_px", barrier.period_px},
+                        {"aperture_px", barrier.aperture_px},
+                        {"slots", barrier.slots}}}});
   }
   return {{"name", display.name},
           {"viewing_distance_mm", display.viewing_distance_mm},
@@ -74,9 +76,8 @@ Display DisplayFromJson(const Json& json) {
   for (const Json& layer : json.at("layer")) {
     const Json& barrier = layer.at("barrier");
     display.layers.push_back(
-        {layer.at("position_mm"),
-         layer.at("d0_mm"),
-         {barrier.at("period_px"), barrier.at("aperture_px"), barrier.at("slots")},
+        {layer.at("position_mm"), layer.at("d0_mm"),
+         Barrier{barrier.at("period_px"), barrier.at("aperture_px"), barrier.at("slots")},
          layer.at("mirror_x")});
   }
   return display;
@@ -144,7 +145,7 @@ Placement PlacementFromJson(const Json& json) {
 void SaveLayersRecord(const fs::path& folder, const LayersRecord& record) {
   Json files = Json::array();
   for (std::size_t layer = 0; layer < record.display.layers.size(); ++layer) {
-    const int k = record.display.layers[layer].barrier.slots;
+    const int k = SlotsPerAxis(record.display.layers[layer]);
     for (int slot = 0; slot < k * k; ++slot) {
       files.push_back({{"file", EmitterFile(static_cast<int>(layer), slot)},
                        {"layer", layer},
@@ -220,7 +221,7 @@ LayerImages LoadLayerImages(const Workspace& workspace, const LayersRecord& reco
   LayerImages images;
   images.seen_share = record.seen_share;
   for (std::size_t layer = 0; layer < record.display.layers.size(); ++layer) {
-    const int k = record.display.layers[layer].barrier.slots;
+    const int k = SlotsPerAxis(record.display.layers[layer]);
     std::vector<EmitterImage> slots(static_cast<std::size_t>(k * k));
     ParallelForEach(0, k * k, [&](std::int64_t slot) {
       slots[static_cast<std::size_t>(slot)] = LoadEmitterImage(

@@ -70,7 +70,7 @@ LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& reco
     throw json.Wrong("layers", fmt::format("{} layers", record.display.layers.size()));
   }
   for (std::size_t l = 0; l < layers.size(); ++l) {
-    const int k = record.display.layers[l].barrier.slots;
+    const int k = SlotsPerAxis(record.display.layers[l]);
     std::vector<fs::path> files(static_cast<std::size_t>(k * k));
     for (const JsonObject& frame : layers[l].Objects("frames")) {
       if (frame.Text("role") != "emitter") continue;

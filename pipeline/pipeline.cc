@@ -139,7 +139,9 @@ void CheckBeforeWork(const PipelineOptions& options, const std::string& first,
     throw UsageError("", "no input is named",
                      "give the folder of the photographs: lamella run FOLDER ...");
   }
-  if (from <= IndexOf("layers") && IndexOf("layers") <= to) FindDisplay(options.layers.display);
+  if (from <= IndexOf("layers") && IndexOf("layers") <= to) {
+    RequireBarriers(FindDisplay(options.layers.display));
+  }
   if (from <= IndexOf("poses") && IndexOf("poses") <= to && NeedsColmap(options.capture))
     RequireColmap();
 }

@@ -197,8 +197,9 @@ void AddFacts(const LayersRecord& record, const PreviewResult& result,
   add("Panels",
       fmt::format("{} x {} px of {:.4g} mm, {} layers at {}", display.width_px, display.height_px,
                   display.pitch_mm, display.layers.size(), ListOfLayers(display)));
-  add("Barrier", fmt::format("{0}x{0} px every {1} px, {2} time slots", layer.barrier.aperture_px,
-                             layer.barrier.period_px, layer.barrier.slots * layer.barrier.slots));
+  const Barrier& barrier = BarrierOf(display, 0);
+  add("Barrier", fmt::format("{0}x{0} px every {1} px, {2} time slots", barrier.aperture_px,
+                             barrier.period_px, barrier.slots * barrier.slots));
   add("Brightness", fmt::format("{:.2f} % of an emitter's light reaches the eye",
                                 100 * Brightness(display, layer)));
   add("Reference view", p.reference_view);

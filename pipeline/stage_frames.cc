@@ -32,7 +32,7 @@ Json ToJson(const Display& display, const FramesOptions& options) {
   Json layers = Json::array();
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const Layer& layer = display.layers[l];
-    const int k = layer.barrier.slots;
+    const int k = SlotsPerAxis(layer);
     Json frames = Json::array();
     for (int slot = 0; slot < k * k; ++slot) {
       for (const char* role : {"emitter", "modulator"}) {
@@ -83,10 +83,10 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
   const Display& display = record.display;
   const PanelResponse response = ResponseOf(options);
   int slots = 0;
-  for (const Layer& layer : display.layers) slots += layer.barrier.slots * layer.barrier.slots;
+  for (const Layer& layer : display.layers) slots += SlotsPerAxis(layer) * SlotsPerAxis(layer);
   progress.Start("frames", slots, "slots");
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    const int layer = static_cast<int>(l), k = display.layers[l].barrier.slots;
+    const int layer = static_cast<int>(l), k = SlotsPerAxis(display.layers[l]);
     ParallelForEach(0, k * k, [&](std::int64_t s) {
       const int slot = static_cast<int>(s);
       const EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);

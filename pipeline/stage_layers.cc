@@ -74,6 +74,7 @@ Display DisplayFor(const LayersOptions& options) {
     display.viewing_distance_mm = *options.placement.viewing_distance_mm;
   }
   Check(display, options.display);
+  RequireBarriers(display);
   return display;
 }
 

@@ -20,7 +20,7 @@ TEST(FindDisplay, HasTheRayCountsOfThePaper) {
   const auto rays = [](const Display& d) {
     double sum = 0;
     for (const Layer& layer : d.layers) {
-      sum += std::pow(layer.barrier.slots, 2) * d.emitter_columns() * d.emitter_rows();
+      sum += std::pow(SlotsPerAxis(layer), 2) * d.emitter_columns() * d.emitter_rows();
     }
     return sum;
   };

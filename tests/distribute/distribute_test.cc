@@ -285,7 +285,7 @@ TEST(Distribute, HoldsAtTheExtremesOfDisplays) {
   scene.rectangles = {Plane(0, Constant(0.5F))};
   std::vector<Display> displays;
   Display display = Small("paper-one-layer", 24, 24);
-  display.layers[0].barrier = {1, 1, 1};  // every emitter behind its own opening
+  display.layers[0].optics = Barrier{1, 1, 1};  // every emitter behind its own opening
   displays.push_back(display);
   display = Small("paper-two-layer", 24, 24);
   display.layers[0].position_mm = 10 - 1e-6;

@@ -44,7 +44,7 @@ LayerImages Filled(
     const std::function<float()>& coverage = [] { return 1.0F; }) {
   LayerImages images;
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    const int k = display.layers[l].barrier.slots;
+    const int k = SlotsPerAxis(display.layers[l]);
     images.slots.emplace_back();
     for (int slot = 0; slot < k * k; ++slot) {
       EmitterImage image{Image<Rgb>(display.emitter_columns(), display.emitter_rows()),
@@ -318,7 +318,7 @@ TEST(CleanEyeBox, IsTheReferencesForThePapersDisplays) {
   display.viewing_distance_mm = 600;
   EXPECT_NEAR(CleanEyeBox(display), 56, 0.1);
   display.binning_px = 2;
-  for (Layer& layer : display.layers) layer.barrier = {3, 1, 3};
+  for (Layer& layer : display.layers) layer.optics = Barrier{3, 1, 3};
   EXPECT_NEAR(CleanEyeBox(display), 37.4, 0.1);
 }
 

@@ -15,7 +15,7 @@ using ::testing::Not;
 
 Display TwoLayers() {
   Display display{"two", 24, 12, 0.3, 1, 600, true, 4, -4, {}};
-  display.layers = {{-10, 5, {6, 2, 3}, true}, {10, 5, {6, 2, 3}, false}};
+  display.layers = {{-10, 5, Barrier{6, 2, 3}, true}, {10, 5, Barrier{6, 2, 3}, false}};
   return display;
 }
 
@@ -156,7 +156,7 @@ TEST(CheckDisplay, AcceptsSoundDisplays) {
   for (std::size_t i = 0; i < 64; ++i) display.layers[i].position_mm = static_cast<double>(i);
   EXPECT_EQ(Refusal(display), "accepted");
   display.layers.resize(1);
-  display.layers[0].barrier = {1, 1, 1};
+  display.layers[0].optics = Barrier{1, 1, 1};
   EXPECT_EQ(Refusal(display), "accepted");
 }
 
@@ -189,14 +189,29 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"degrees", [](Display& d) { d.layers[0].d0_mm = 1e-6; }},
         Bad{"pitch_mm = 0", [](Display& d) { d.pitch_mm = 0; }},
         Bad{"pitch_mm = -0.3", [](Display& d) { d.pitch_mm = -0.3; }},
-        Bad{"slots = 4", [](Display& d) { d.layers[0].barrier.slots = 4; }},
-        Bad{"slots = 0", [](Display& d) { d.layers[0].barrier.slots = 0; }},
-        Bad{"both even or both odd", [](Display& d) { d.layers[0].barrier.aperture_px = 1; }},
-        Bad{"aperture_px = 8", [](Display& d) { d.layers[0].barrier.aperture_px = 8; }},
-        Bad{"aperture_px = 0", [](Display& d) { d.layers[0].barrier.aperture_px = 0; }},
+        Bad{"slots = 4",
+            [](Display& d) {
+              d.layers[0].optics = Barrier{6, 2, 4};
+            }},
+        Bad{"slots = 0",
+            [](Display& d) {
+              d.layers[0].optics = Barrier{6, 2, 0};
+            }},
+        Bad{"both even or both odd",
+            [](Display& d) {
+              d.layers[0].optics = Barrier{6, 1, 3};
+            }},
+        Bad{"aperture_px = 8",
+            [](Display& d) {
+              d.layers[0].optics = Barrier{6, 8, 3};
+            }},
+        Bad{"aperture_px = 0",
+            [](Display& d) {
+              d.layers[0].optics = Barrier{6, 0, 3};
+            }},
         Bad{"period_px = 0",
             [](Display& d) {
-              d.layers[0].barrier = {0, 0, 1};
+              d.layers[0].optics = Barrier{0, 0, 1};
             }},
         Bad{"0 x 12 pixels", [](Display& d) { d.width_px = 0; }},
         Bad{"24 x -1 pixels", [](Display& d) { d.height_px = -1; }},

@@ -24,7 +24,7 @@ using SceneOfLine = std::function<SceneHit(double x, double y, double slope_x, d
 inline double OpeningOf(const Display& display, const Layer& layer, int slot, int index,
                         int count) {
   const double p = display.emitter_pitch_mm();
-  const Barrier& b = layer.barrier;
+  const Barrier& b = std::get<Barrier>(layer.optics);
   double best = 0, nearest = std::numeric_limits<double>::infinity();
   for (int i = -2; i <= count / b.period_px + 2; ++i) {
     const double centre =
@@ -51,7 +51,7 @@ inline LayerImages EncodeCentreRays(const Display& display, const SceneOfLine& s
   const int columns = display.emitter_columns(), rows = display.emitter_rows();
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const Layer& layer = display.layers[l];
-    const int k = layer.barrier.slots;
+    const int k = SlotsPerAxis(layer);
     std::vector<EmitterImage> slots;
     for (int slot = 0; slot < k * k; ++slot) {
       EmitterImage image{Image<Rgb>(columns, rows), Image<float>(columns, rows, 1.0F)};

@@ -42,7 +42,7 @@ inline void AddLine(const LayerImages& layers, const Display& display, std::size
   const int emitter_y = row_of(at(y0, eye.position.y(), z_emitter));
   const bool off_x = element_x < 0 || element_x >= columns || emitter_x < 0 || emitter_x >= columns;
   const bool off_y = element_y < 0 || element_y >= rows || emitter_y < 0 || emitter_y >= rows;
-  const Barrier& b = layer.barrier;
+  const Barrier& b = std::get<Barrier>(layer.optics);
   // A line that misses the panel would have met an opening in a/P of the slots.
   const double mean_open = static_cast<double>(b.aperture_px) / b.period_px;
   const bool open_x = IsOpen(b, slot_x, element_x, columns);
@@ -69,7 +69,7 @@ inline EyePicture SimulateEye(const LayerImages& layers, const Display& display,
         const double x0 = eye.left_mm + (x * lines + line % lines + 0.5) * step;
         const double y0 = eye.top_mm - (y * lines + line / lines + 0.5) * step;
         for (std::size_t l = 0; l < display.layers.size(); ++l) {
-          const Barrier& b = display.layers[l].barrier;
+          const Barrier& b = BarrierOf(display, l);
           const double mean_of_slots = 1.0 / (b.slots * b.slots);
           const double brightness = std::pow(static_cast<double>(b.aperture_px) / b.period_px, 2);
           for (int slot = 0; slot < b.slots * b.slots; ++slot) {
