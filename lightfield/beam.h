@@ -1,6 +1,9 @@
-// The beam of one emitter through one element of a layer, whatever the optics (displays.md sections
-// 1.2 and 1.3).
+// The beam of one emitter through one element of a layer, and what a line of sight meets there,
+// whatever the optics (displays.md sections 1.2 and 1.3). All lengths are as the viewer sees them,
+// through the layer's relay if it has one.
 #pragma once
+
+#include <cstdint>
 
 namespace lamella {
 
@@ -30,6 +33,16 @@ struct AxisBeam {
 
 struct Beam {
   AxisBeam x, y;
+};
+
+// What a line of sight meets on a layer: an element, and behind it a place of the emissive plane.
+// Through a lens that is where all the light of its slope comes from, if the lens has f = d0.
+struct Sight {
+  int element_column = 0, element_row = 0;  // of the modulator, or of the lens
+  double column = 0, row = 0;  // in emitters; their edges are whole numbers, row 0 is on top
+  std::uint32_t slots_x = 1, slots_y = 1;  // bit s is set where the element is open in slot s
+  int channel = -1;                        // the sub-pixel met; -1: emitters have all colours
+  bool guard = false;                      // the emitter there is never lit
 };
 
 }  // namespace lamella

@@ -20,6 +20,7 @@ constexpr double kWidestFanDeg = 178;
 constexpr double kLargestRatio = 4096;  // of a lens to an emitter
 constexpr double kLargestMagnification = 1000;
 constexpr double kLargestSlant = 1000;
+constexpr double kMostLenses = 1e9;  // they are numbered by an int
 
 struct Checker {
   const std::string& where;
@@ -99,6 +100,10 @@ struct OpticsChecker {
   void operator()(const Lenticular& lenses) const {
     check.Within(lenses.subpixels_per_lens, 1, kLargestRatio, layer + ": subpixels_per_lens");
     check.Within(lenses.slant, -kLargestSlant, kLargestSlant, layer + ": slant");
+    check.Require(
+        3 * std::abs(lenses.slant) * display.emitter_rows() <= kMostLenses,
+        fmt::format("{}: slant = {} over {} rows", layer, lenses.slant, display.emitter_rows()),
+        "give less slant, or fewer rows");
     check.Within(lenses.views, 1, kLargestRatio, layer + ": views");
     check.Within(lenses.offset_subpx, -kLargestRatio, kLargestRatio, layer + ": offset_subpx");
     check.Require(lenses.subpixels_per_lens <= 3.0 * display.emitter_columns(),
@@ -170,21 +175,19 @@ void Check(const Display& display, const std::string& where) {
   const Checker check{where};
   CheckPanel(display, check);
   check.Require(!display.layers.empty(), "the display has no layer", "add a [[layer]]");
-  if (display.varifocal) {
-    CheckVarifocal(*display.varifocal, where);
-    check.Require(display.layers == PlanesOf(*display.varifocal, display.layers.front()),
-                  "the layers are not the planes of [varifocal]",
-                  "give one [[layer]] without position_mm");
-  }
+  if (display.varifocal) CheckVarifocal(*display.varifocal, where);
   check.Require(display.layers.size() <= static_cast<std::size_t>(kMostLayers),
                 fmt::format("the display has {} layers", display.layers.size()),
                 fmt::format("at most {} can be handled", kMostLayers));
+  for (std::size_t i = 0; i < display.layers.size(); ++i) CheckLayer(display, i, check);
   check.Require(std::isfinite(display.border_mm) && display.border_mm >= 0,
                 fmt::format("border_mm = {}", display.border_mm), "give 0 or more millimetres");
   check.Require(std::isfinite(display.border_offset_mm),
                 fmt::format("border_offset_mm = {}", display.border_offset_mm),
                 "give millimetres; 0 puts borders in the middles between layers");
-  for (std::size_t i = 0; i < display.layers.size(); ++i) CheckLayer(display, i, check);
+  check.Require(
+      !display.varifocal || display.layers == PlanesOf(*display.varifocal, display.layers.front()),
+      "the layers are not the planes of [varifocal]", "give one [[layer]] without position_mm");
 }
 
 std::string NameOf(const Optics& optics) {

@@ -137,7 +137,9 @@ std::string NameOf(const Optics& optics);
 // display has anything else.
 void RequireBarriers(const Display& display);
 const Barrier& BarrierOf(const Display& display, std::size_t layer);  // errors likewise
-int SlotsPerAxis(const Layer& layer);                                 // 1 where it has lenses
+// 1/f of a layer's lenses as seen by the viewer; a focal length of 0 is d0.
+double LensPowerPerMm(const Layer& layer, double focal_mm);
+int SlotsPerAxis(const Layer& layer);  // 1 where it has lenses
 
 // The layers of such a display: `layer` at every plane (lightfield/varifocal.h), back to front.
 std::vector<Layer> PlanesOf(const Varifocal& varifocal, const Layer& layer);

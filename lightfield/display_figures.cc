@@ -47,6 +47,12 @@ double LensletArray::row_pitch_px() const {
   return lattice == Lattice::kHexagonal ? pitch_px * std::numbers::sqrt3 / 2 : pitch_px;
 }
 
+double LensPowerPerMm(const Layer& layer, double focal_mm) {
+  // A relay stretches all lengths along z by M^2.
+  const double seen = focal_mm == 0 ? layer.d0_mm : focal_mm;
+  return 1 / (layer.magnification * layer.magnification * seen);
+}
+
 double FieldOfViewDeg(const Display& display, const Layer& layer) {
   const double window = WidthsOf(layer.optics).fan * display.emitter_pitch_mm(layer);
   return 2 * std::atan(window / (2 * layer.seen_d0_mm())) * 180 / std::numbers::pi;

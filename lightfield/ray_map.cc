@@ -108,4 +108,17 @@ std::optional<AxisHit> RayMap::Seen(const Axis& axis, double position, double sl
   return hit;
 }
 
+std::optional<Sight> RayMap::See(double x_mm, double y_mm, double slope_x, double slope_y) const {
+  const std::optional<AxisHit> x = SeenColumn(x_mm, slope_x), y = SeenRow(y_mm, slope_y);
+  if (!x || !y) return std::nullopt;
+  Sight sight;
+  sight.element_column = x->element;
+  sight.element_row = y->element;
+  sight.column = (x_mm - d0_mm_ * slope_x) / pitch_mm_ + columns_ / 2.0;
+  sight.row = rows_ / 2.0 - (y_mm - d0_mm_ * slope_y) / pitch_mm_;
+  sight.slots_x = x->open_slots;
+  sight.slots_y = y->open_slots;
+  return sight;
+}
+
 }  // namespace lamella

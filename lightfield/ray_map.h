@@ -56,6 +56,8 @@ class RayMap {
     return Seen(x_, x_mm, slope);
   }
   std::optional<AxisHit> SeenRow(double y_mm, double slope) const { return Seen(y_, y_mm, slope); }
+  // Both axes in one.
+  std::optional<Sight> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
 
  private:
   struct Axis {

@@ -1,6 +1,7 @@
 // lamella displays: list the presets, show one as TOML, check a user's file.
 #include "distribute/displays.h"
 
+#include <algorithm>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -12,14 +13,57 @@
 namespace lamella {
 namespace {
 
-std::string Describe(const Display& display) {
+std::string Positions(const Display& display) {
+  constexpr std::size_t kMostNamed = 8;
+  if (display.layers.size() > kMostNamed) {
+    return fmt::format("{} {} from {:g} to {:g} mm", display.layers.size(),
+                       display.varifocal ? "planes" : "layers", display.layers.front().position_mm,
+                       display.layers.back().position_mm);
+  }
   std::string layers;
   for (const Layer& layer : display.layers) {
     layers += fmt::format("{}{:g}", layers.empty() ? "" : ", ", layer.position_mm);
   }
-  return fmt::format("{} x {} px of {:.4f} mm, {} layer{} at {} mm", display.width_px,
-                     display.height_px, display.pitch_mm, display.layers.size(),
+  return fmt::format("{} layer{} at {} mm", display.layers.size(),
                      display.layers.size() == 1 ? "" : "s", layers);
+}
+
+std::string Describe(const Barrier& barrier) {
+  return fmt::format("barrier of {0}x{0} px every {1} px in {2} slots", barrier.aperture_px,
+                     barrier.period_px, barrier.slots * barrier.slots);
+}
+
+std::string Describe(const LensletArray& lenses) {
+  const bool square = lenses.lattice == LensletArray::Lattice::kSquare;
+  return fmt::format("{} lenslets of {:g} px", square ? "square" : "hexagonal", lenses.pitch_px);
+}
+
+std::string Describe(const Lenticular& lenses) {
+  return fmt::format("lenticular lenses of {:g} sub-pixels, slant {:.4g}",
+                     lenses.subpixels_per_lens, lenses.slant);
+}
+
+// The optics of the first layer, and over all of them the field of view, which a relay changes.
+std::string DescribeOptics(const Display& display) {
+  const Layer& layer = display.layers.front();
+  std::string text = std::visit([](const auto& optics) { return Describe(optics); }, layer.optics);
+  const int views = DirectionsPerAxis(layer);
+  text += std::holds_alternative<Lenticular>(layer.optics) ? fmt::format(", {} views", views)
+                                                           : fmt::format(", {0}x{0} views", views);
+  double least = FieldOfViewDeg(display, layer), most = least;
+  for (const Layer& other : display.layers) {
+    least = std::min(least, FieldOfViewDeg(display, other));
+    most = std::max(most, FieldOfViewDeg(display, other));
+  }
+  text += most - least < 0.05 ? fmt::format(" over {:.1f} degrees", most)
+                              : fmt::format(" over {:.1f} to {:.1f} degrees", least, most);
+  const double guard = GuardShare(layer);
+  return guard > 0 ? text + fmt::format(", {:.1f} % guard pixels", 100 * guard) : text;
+}
+
+std::string Describe(const Display& display) {
+  return fmt::format("{} x {} px of {:.4f} mm, {}, {}", display.width_px, display.height_px,
+                     display.pitch_mm, Positions(display), DescribeOptics(display));
 }
 
 ExitCode List() {

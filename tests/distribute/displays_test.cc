@@ -11,8 +11,8 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(FindDisplay, KnowsThePaperConfigurations) {
-  EXPECT_THAT(DisplayNames(),
-              ::testing::ElementsAre("paper-one-layer", "paper-two-layer", "paper-two-layer-half"));
+  EXPECT_THAT(DisplayNames(), ::testing::ElementsAre("paper-one-layer", "paper-two-layer",
+                                                     "paper-two-layer-half", "paper-varifocal"));
   for (const std::string& name : DisplayNames()) EXPECT_EQ(FindDisplay(name).name, name);
 }
 
@@ -39,6 +39,46 @@ TEST(FindDisplay, KeepsFieldOfViewAndLatticeInTheHalfConfiguration) {
   EXPECT_DOUBLE_EQ(DepthBudgetMm(FindDisplay("paper-one-layer")), 10);
   EXPECT_TRUE(full.layers[0].mirror_x);
   EXPECT_FALSE(full.layers[1].mirror_x);
+}
+
+TEST(FindDisplay, HasTheVarifocalPrototypeOfThePaper) {
+  const Display display = FindDisplay("paper-varifocal");
+  ASSERT_EQ(display.layers.size(), 24U);
+  EXPECT_DOUBLE_EQ(display.layers[0].position_mm, -94);
+  EXPECT_DOUBLE_EQ(display.layers[23].position_mm, 94);
+  EXPECT_NEAR(display.layers[12].position_mm - display.layers[11].position_mm, 8.17, 0.005);
+  const Layer& layer = display.layers[7];
+  EXPECT_NEAR(display.width_mm(), 167, 1e-9);
+  EXPECT_NEAR(display.height_mm(), 125, 0.5);
+  EXPECT_NEAR(layer.d0_mm, 2.92, 0.005);
+  EXPECT_NEAR(FieldOfViewDeg(display, layer), 19, 1e-9);
+  EXPECT_NEAR(LatticePitchMm(display, layer), 2.120, 0.0005);
+  EXPECT_NEAR(SharpRangeMm(display, layer), 38, 0.05);
+  EXPECT_NEAR(GuardShare(layer), 0.754, 0.0005);
+  EXPECT_DOUBLE_EQ(Brightness(display, layer), 1.0 / 24);
+  EXPECT_EQ(DirectionsPerAxis(layer), 6);
+  EXPECT_DOUBLE_EQ(display.border_offset_mm, 0);  // lenses are sharpest where they are
+  EXPECT_EQ(ParseDisplay(ToToml(display), "again"), display);
+}
+
+TEST(RequireBarriers, RefusesOtherOpticsWithOneLine) {
+  const auto refusal = [](const Display& display) -> std::string {
+    try {
+      RequireBarriers(display);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::kUsage);
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(refusal(FindDisplay("paper-varifocal")),
+              HasSubstr("paper-varifocal: layer 0 has lenslets, and only barriers"));
+  Display display = FindDisplay("paper-two-layer");
+  EXPECT_EQ(refusal(display), "accepted");
+  display.layers[1].magnification = 1.5;
+  EXPECT_THAT(refusal(display), HasSubstr("layer 1 is magnified 1.5 times"));
+  display.layers[1].optics = Lenticular{};
+  EXPECT_THAT(refusal(display), HasSubstr("layer 1 has lenticular lenses"));
 }
 
 TEST(FindDisplay, OffersTheNearestName) {

@@ -1,6 +1,8 @@
 #include "lightfield/display.h"
 
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -160,6 +162,170 @@ TEST(CheckDisplay, AcceptsSoundDisplays) {
   EXPECT_EQ(Refusal(display), "accepted");
 }
 
+constexpr const char* kLenslets = R"(
+name = "lenses"
+viewing_distance_mm = 500
+[panel]
+width_px = 100
+height_px = 80
+pitch_mm = 0.2
+[[layer]]
+position_mm = -2
+d0_mm = 3
+[layer.lenslets]
+lattice = "hexagonal"
+pitch_px = 13.5
+rays = 6
+offset_px = [1.5, -2]
+shift_odd_rows = false
+focal_mm = 2.8
+[[layer]]
+position_mm = 5
+d0_mm = 3
+magnification = 1.25
+[layer.lenticular]
+subpixels_per_lens = 4.5
+slant = -0.2
+views = 9
+offset_subpx = 0.25
+)";
+
+constexpr const char* kVarifocal = R"(
+name = "planes"
+viewing_distance_mm = 500
+[panel]
+width_px = 100
+height_px = 80
+pitch_mm = 0.2
+[varifocal]
+planes = 3
+depth_mm = 60
+spacing = "sinusoidal"
+relay_focal_mm = 300
+magnification0 = 0.9
+[[layer]]
+d0_mm = 3
+[layer.lenslets]
+lattice = "square"
+pitch_px = 8
+rays = 4
+)";
+
+TEST(DisplayToml, ReadsLenses) {
+  const Display display = ParseDisplay(kLenslets, "d.toml");
+  LensletArray lenslets{LensletArray::Lattice::kHexagonal, 13.5, 6, 1.5, -2, false, 2.8};
+  EXPECT_EQ(display.layers.at(0), (Layer{-2, 3, lenslets, false, 1}));
+  EXPECT_EQ(display.layers.at(1), (Layer{5, 3, Lenticular{4.5, -0.2, 9, 0.25, 0}, false, 1.25}));
+  EXPECT_FALSE(display.varifocal);
+  EXPECT_EQ(ParseDisplay(ToToml(display), "again"), display);
+  lenslets = std::get<LensletArray>(
+      ParseDisplay(Replaced(kLenslets, "offset_px = [1.5, -2]", ""), "d.toml").layers[0].optics);
+  EXPECT_EQ(lenslets.offset_x_px, 0);
+}
+
+TEST(DisplayToml, ReadsVarifocalPlanes) {
+  const Display display = ParseDisplay(kVarifocal, "d.toml");
+  ASSERT_EQ(display.layers.size(), 3U);
+  EXPECT_DOUBLE_EQ(display.layers[0].position_mm, -30);
+  EXPECT_DOUBLE_EQ(display.layers[1].position_mm, 0);
+  EXPECT_DOUBLE_EQ(display.layers[2].magnification, 1.0);
+  EXPECT_DOUBLE_EQ(display.layers[0].magnification, 0.8);
+  EXPECT_EQ(ParseDisplay(ToToml(display), "again"), display);
+  const Display ideal = ParseDisplay(
+      Replaced(kVarifocal, "relay_focal_mm = 300\nmagnification0 = 0.9", ""), "d.toml");
+  EXPECT_EQ(ideal.layers[0].magnification, 1);
+  EXPECT_EQ(ParseDisplay(ToToml(ideal), "again"), ideal);
+}
+
+TEST(DisplayToml, RefusesWrongLensesWithTheLine) {
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "pitch_px", "pitch")),
+              HasSubstr("d.toml:13: layer 0's lenslets has no key \"pitch\"; did you mean "
+                        "\"pitch_px\"?"));
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "\"hexagonal\"", "\"hexagon\"")),
+              HasSubstr("d.toml:12: lattice = \"hexagon\" is not known; did you mean "
+                        "\"hexagonal\"?"));
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "[1.5, -2]", "[1.5]")),
+              HasSubstr("d.toml:15: offset_px has the wrong type; give two numbers"));
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "[1.5, -2]", "[1.5, \"a\"]")), HasSubstr("d.toml:15"));
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "rays = 6", "")), HasSubstr("has no \"rays\""));
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "rays = 6", "rays = 6.5")), HasSubstr("whole number"));
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "views", "view")), HasSubstr("did you mean \"views\""));
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "[layer.lenslets]", "[layer.lenses]")),
+              HasSubstr("did you mean \"lenslets\""));
+  EXPECT_THAT(Refusal(Replaced(kLenslets, "[layer.lenslets]",
+                               "[layer.barrier]\nperiod_px = 6\naperture_px = 2\nslots = 3\n"
+                               "[layer.lenslets]")),
+              HasSubstr("layer 0 has more than one of [layer.barrier], [layer.lenslets]"));
+  for (const char* value : {"nan", "inf", "-1", "0", "1e9"}) {
+    EXPECT_THAT(Refusal(Replaced(kLenslets, "pitch_px = 13.5", std::string("pitch_px = ") + value)),
+                HasSubstr("layer 0: pitch_px"));
+  }
+  for (const char* value : {"nan", "inf", "-2.8"}) {
+    EXPECT_THAT(Refusal(Replaced(kLenslets, "focal_mm = 2.8", std::string("focal_mm = ") + value)),
+                HasSubstr("layer 0: focal_mm"));
+  }
+}
+
+TEST(DisplayToml, RefusesWrongVarifocals) {
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "d0_mm = 3", "d0_mm = 3\nposition_mm = 4")),
+              HasSubstr("d.toml:16: layer 0 has position_mm beside [varifocal]; leave it out"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "d0_mm = 3", "d0_mm = 3\nmagnification = 4")),
+              HasSubstr("layer 0 has magnification beside [varifocal]"));
+  EXPECT_THAT(Refusal(kVarifocal + std::string("[[layer]]\nd0_mm = 3\n[layer.barrier]\n"
+                                               "period_px = 6\naperture_px = 2\nslots = 3\n")),
+              HasSubstr("[varifocal] and 2 [[layer]] tables; give exactly one"));
+  EXPECT_THAT(Refusal(std::string(kVarifocal).substr(0, std::string(kVarifocal).find("[[layer]]"))),
+              HasSubstr("[varifocal] and 0 [[layer]] tables"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "planes = 3", "plains = 3")),
+              HasSubstr("d.toml:9: [varifocal] has no key \"plains\"; did you mean \"planes\"?"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "planes = 3", "planes = 0")), HasSubstr("planes = 0"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "planes = 3", "planes = 100000")),
+              HasSubstr("planes = 100000"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "depth_mm = 60", "depth_mm = -60")),
+              HasSubstr("depth_mm = -60"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "depth_mm = 60", "depth_mm = nan")),
+              HasSubstr("depth_mm = nan"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "relay_focal_mm = 300", "relay_focal_mm = 0")),
+              HasSubstr("relay_focal_mm = 0"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "relay_focal_mm = 300", "relay_focal_mm = 20")),
+              HasSubstr("the magnification at -30 mm = -0.6"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "magnification0 = 0.9", "magnification0 = nan")),
+              HasSubstr("the magnification at -30 mm = nan"));
+  EXPECT_THAT(Refusal(Replaced(kVarifocal, "\"sinusoidal\"", "\"sinus\"")),
+              HasSubstr("d.toml:11: spacing = \"sinus\" is not known"));
+  EXPECT_THAT(
+      Refusal(Replaced(kVarifocal, "viewing_distance_mm = 500", "viewing_distance_mm = 31")),
+      HasSubstr("in front of every layer"));
+}
+
+TEST(FieldOfView, NarrowsByTheMagnificationOfARelay) {
+  Display display = TwoLayers();
+  const double plain = FieldOfViewDeg(display, display.layers[0]);
+  display.layers[0].magnification = 2;
+  const auto tangent = [](double degrees) { return std::tan(degrees * std::numbers::pi / 360); };
+  EXPECT_NEAR(tangent(FieldOfViewDeg(display, display.layers[0])), tangent(plain) / 2, 1e-12);
+  EXPECT_DOUBLE_EQ(LatticePitchMm(display, display.layers[0]), 2 * 0.6);
+}
+
+TEST(SharpestOffset, IsWhereABeamIsNarrowest) {
+  LensletArray lenses{LensletArray::Lattice::kSquare, 6, 4};
+  EXPECT_EQ(SharpestOffsetMm({0, 5, lenses}), 0);
+  for (const double focal : {2.0, 4.0, 7.0}) {
+    lenses.focal_mm = focal;
+    // By search over the widths of displays.md section 1.3.
+    double narrowest = 1e9, expected = 0;
+    for (double offset = -30; offset <= 30; offset += 1e-3) {
+      const double element = 6 * (1 + offset * (1 / 5.0 - 1 / focal)), emitter = offset / 5;
+      const double width = element * element + emitter * emitter;
+      if (width < narrowest) {
+        narrowest = width;
+        expected = offset;
+      }
+    }
+    EXPECT_NEAR(SharpestOffsetMm({0, 5, lenses}), expected, 2e-3);
+  }
+}
+
 struct Bad {
   const char* says;
   void (*spoil)(Display&);
@@ -176,6 +342,10 @@ TEST_P(CheckDisplayRefuses, WithOneClearLine) {
 }
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+LensletArray Lenslets(double pitch, int rays) {
+  return {LensletArray::Lattice::kHexagonal, pitch, rays};
+}
 
 INSTANTIATE_TEST_SUITE_P(
     Displays, CheckDisplayRefuses,
@@ -224,6 +394,40 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"viewing_distance_mm = -600", [](Display& d) { d.viewing_distance_mm = -600; }},
         Bad{"border_offset_mm = nan", [](Display& d) { d.border_offset_mm = NAN; }},
         Bad{"border_mm = -1", [](Display& d) { d.border_mm = -1; }},
+        Bad{"rays = 7 under", [](Display& d) { d.layers[0].optics = Lenslets(6.5, 7); }},
+        Bad{"rays = 0 under", [](Display& d) { d.layers[0].optics = Lenslets(6.5, 0); }},
+        Bad{"pitch_px = nan", [](Display& d) { d.layers[0].optics = Lenslets(kNan, 1); }},
+        Bad{"no lens of 13 emitters fits",
+            [](Display& d) {
+              d.layers[0].optics = Lenslets(13, 1);
+              d.height_px = 11;
+            }},
+        Bad{"offset_px right = inf",
+            [](Display& d) {
+              LensletArray lenses = Lenslets(6, 3);
+              lenses.offset_x_px = INFINITY;
+              d.layers[0].optics = lenses;
+            }},
+        Bad{"degrees",
+            [](Display& d) {
+              d.layers[0].optics = Lenslets(6, 3);
+              d.layers[0].d0_mm = 1e-6;
+            }},
+        Bad{"subpixels_per_lens = 0", [](Display& d) { d.layers[0].optics = Lenticular{0}; }},
+        Bad{"no lens of 100 sub-pixels",
+            [](Display& d) { d.layers[0].optics = Lenticular{100}; }},
+        Bad{"slant = nan", [](Display& d) { d.layers[0].optics = Lenticular{4.5, kNan}; }},
+        Bad{"slant = -1001", [](Display& d) { d.layers[0].optics = Lenticular{4.5, -1001}; }},
+        Bad{"views = 0", [](Display& d) { d.layers[0].optics = Lenticular{4.5, 0, 0}; }},
+        Bad{"over binning_px = 2",
+            [](Display& d) {
+              d.layers[0].optics = Lenticular{};
+              d.binning_px = 2;
+            }},
+        Bad{"magnification = 0", [](Display& d) { d.layers[0].magnification = 0; }},
+        Bad{"magnification = -1", [](Display& d) { d.layers[0].magnification = -1; }},
+        Bad{"magnification = nan", [](Display& d) { d.layers[0].magnification = kNan; }},
+        Bad{"not the planes of [varifocal]", [](Display& d) { d.varifocal = Varifocal{}; }},
         Bad{"border_mm = 21 is wider", [](Display& d) { d.border_mm = 21; }}));
 
 }  // namespace
