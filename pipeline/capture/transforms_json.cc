@@ -126,6 +126,19 @@ json PoseJson(const Rigid& camera_from_world) {
   return rows;
 }
 
+const char* ModelName(const Camera& camera) {
+  return camera.model == CameraModel::kFisheye ? "OPENCV_FISHEYE"
+         : camera.model == CameraModel::kBrown ? "OPENCV"
+                                               : "PINHOLE";
+}
+
+// What the form calls the first numbers of Camera::distortion.
+std::vector<const char*> DistortionNames(const Camera& camera) {
+  if (camera.model == CameraModel::kFisheye) return {"k1", "k2", "k3", "k4"};
+  if (camera.model == CameraModel::kBrown) return {"k1", "k2", "p1", "p2", "k3"};
+  return {};
+}
+
 json FrameJson(const View& view, const fs::path& folder) {
   const fs::path below = fs::absolute(view.image)
                              .lexically_normal()
@@ -134,7 +147,7 @@ json FrameJson(const View& view, const fs::path& folder) {
   const Camera& camera = view.camera;
   json frame = {{"name", view.name},
                 {"file_path", (inside ? below : fs::absolute(view.image)).string()},
-                {"camera_model", "PINHOLE"},
+                {"camera_model", ModelName(camera)},
                 {"w", camera.width},
                 {"h", camera.height},
                 {"fl_x", camera.fx},
@@ -142,6 +155,9 @@ json FrameJson(const View& view, const fs::path& folder) {
                 {"cx", camera.cx},
                 {"cy", camera.cy},
                 {"transform_matrix", PoseJson(view.camera_from_world)}};
+  for (std::size_t i = 0; i < DistortionNames(camera).size(); ++i) {
+    frame[DistortionNames(camera)[i]] = camera.distortion[i];
+  }
   if (view.grid) frame["grid"] = {{"row", view.grid->row}, {"column", view.grid->column}};
   return frame;
 }

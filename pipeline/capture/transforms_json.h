@@ -22,7 +22,8 @@ bool IsTransformsJson(const std::filesystem::path& path);
 // from the images.
 TransformsJson ReadTransformsJson(const std::filesystem::path& path);
 
-// Our own form: format_version, per-frame intrinsics of pinhole cameras, names and grid positions.
+// Our own form: format_version, per-frame intrinsics (k4 to k6 of a Brown camera have no name there
+// and are left out), names and grid positions.
 // Images below the file's folder are written relative to it, others with their absolute path.
 void WriteTransformsJson(const std::filesystem::path& file, const TransformsJson& transforms);
 

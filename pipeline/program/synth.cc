@@ -9,6 +9,7 @@ void AddSynth(CLI::App& program, Invocation& invocation) {
   CLI::App& synth = *program.add_subcommand("synth", "generated captures with exact truth");
   synth.require_subcommand(1);
   AddSynthScene(synth, invocation);
+  AddSynthPhotos(synth, invocation);
 }
 
 }  // namespace lamella

@@ -119,8 +119,8 @@ TEST(Prototype, LeaksThroughAClosedModulator) {
   layer.modulator->photometry.black = 1e-3;
   Image<Rgb8> codes(40, 30);
   codes(20, 15) = {255, 255, 255};
-  prototype.shown[0].modulator = {std::make_shared<Image<float>>(
-      TransmittanceOfModulator(*layer.modulator, codes.span()))};
+  prototype.shown[0].modulator = {
+      std::make_shared<Image<float>>(TransmittanceOfModulator(*layer.modulator, codes.span()))};
   const Image<Rgb> photo = Photo(prototype, Straight());
   EXPECT_NEAR(At(photo, 20, 15).g, 1, 1e-6);
   EXPECT_NEAR(At(photo, 3, 5).g, 1e-3, 1e-8);
@@ -222,11 +222,14 @@ TEST(Prototype, BlursAnEdgeByTheDiscOfConfusion) {
   camera.aperture_mm = 6;
   camera.focus_mm = 150;
   const double c = 6 * 400 * std::abs(1 / 150.0 - 1 / 100.0);
-  const Image<Rgb> photo =
-      Photo(Bare([](int u, int) { return u >= 20 ? Rgb{1, 1, 1} : Rgb(); }), camera, 1024);
+  const Image<Rgb> photo = Photo(Bare([](int u, int) {
+                                   return u >= 20 ? Rgb{1, 1, 1} : Rgb();
+                                 }),
+                                 camera, 1024);
   double mean = 0, variance = 0;
   for (int x = 25; x < 55; ++x) {
-    const double step = static_cast<double>(photo(x, 30).g) - static_cast<double>(photo(x - 1, 30).g);
+    const double step =
+        static_cast<double>(photo(x, 30).g) - static_cast<double>(photo(x - 1, 30).g);
     mean += step * x;  // the step between pixel centres x - 1/2 and x + 1/2 is at x
     variance += step * (x - 40) * (x - 40);
     if (x + 1 < 40 - c / 2) {
@@ -236,8 +239,10 @@ TEST(Prototype, BlursAnEdgeByTheDiscOfConfusion) {
   EXPECT_NEAR(mean, 40, 0.05);
   EXPECT_NEAR(variance, c * c / 16 + 2.0 / 12, 0.02 * c * c / 16);
   camera.focus_mm = 100;
-  const Image<Rgb> sharp =
-      Photo(Bare([](int u, int) { return u >= 20 ? Rgb{1, 1, 1} : Rgb(); }), camera, 64);
+  const Image<Rgb> sharp = Photo(Bare([](int u, int) {
+                                   return u >= 20 ? Rgb{1, 1, 1} : Rgb();
+                                 }),
+                                 camera, 64);
   EXPECT_NEAR(sharp(39, 30).g, 0, 1e-6);
   EXPECT_NEAR(sharp(40, 30).g, 1, 1e-6);
 }
@@ -248,9 +253,10 @@ TEST(Prototype, BendsLinesAsTheLensDoes) {
   camera.camera.model = CameraModel::kBrown;
   camera.camera.distortion = {-0.8, 2, 0.01, -0.02, 0, 0, 0, 0};
   for (const int u : {5, 20, 34}) {
-    const Image<Rgb> photo =
-        Photo(Bare([u](int i, int j) { return i == u && j == 4 ? Rgb{1, 1, 1} : Rgb(); }), camera,
-              1024);
+    const Image<Rgb> photo = Photo(Bare([u](int i, int j) {
+                                     return i == u && j == 4 ? Rgb{1, 1, 1} : Rgb();
+                                   }),
+                                   camera, 1024);
     Vector2d sum(0, 0);
     double total = 0;
     for (int y = 0; y < 60; ++y) {
@@ -351,8 +357,7 @@ TEST(Prototype, StandsExtremes) {
     PrototypeCamera camera = Straight();
     camera.camera_from_display.rotation =
         Eigen::Quaterniond::FromTwoVectors(-away, Vector3d::UnitZ());
-    camera.camera_from_display.translation =
-        -(camera.camera_from_display.rotation * (1000 * away));
+    camera.camera_from_display.translation = -(camera.camera_from_display.rotation * (1000 * away));
     camera.camera.fx = camera.camera.fy = 4000;
     const Image<Rgb> photo = Photo(prototype, camera);
     float largest = 0;

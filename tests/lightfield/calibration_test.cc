@@ -97,8 +97,8 @@ TEST(DesignCalibration, MagnifiesWhatARelayShows) {
   display.layers[0].d0_mm = 3;
   display.layers[0].magnification = 1.25;
   const Calibration design = DesignCalibration(display);
-  // Lens centre x_c (unmagnified 3 mm: column 30), slope s: position M x_c, emitter M x_c - M^2 d0 s
-  // in the world, so pixel 24 + (x_c - M d0 s)/p.
+  // Lens centre x_c (unmagnified 3 mm: column 30), slope s: position M x_c, emitter M x_c - M^2 d0
+  // s in the world, so pixel 24 + (x_c - M d0 s)/p.
   const double s = 0.08, x = 1.25 * 3;
   const auto hit = LayerSights(design.layers[0]).Seen({x + s * 360, x, 400}, {-s, 0, -1});
   ASSERT_TRUE(hit);
@@ -146,16 +146,16 @@ TEST(CheckCalibration, NamesWhatIsWrong) {
               HasSubstr("unit quaternion"));
   EXPECT_THAT(refusal([](Calibration& c) { c.layers[0].lattice = LensLattice{}; }),
               HasSubstr("both lenses and a modulator"));
-  EXPECT_THAT(refusal([](Calibration& c) {
-                c.layers[0].emitter.photometry.crosstalk.weights = {0.9};
-              }),
-              HasSubstr("sum to 0.9"));
+  EXPECT_THAT(
+      refusal([](Calibration& c) { c.layers[0].emitter.photometry.crosstalk.weights = {0.9}; }),
+      HasSubstr("sum to 0.9"));
   EXPECT_THAT(refusal([](Calibration& c) { c.layers[0].emitter.photometry.black = 1; }),
               HasSubstr("black"));
-  EXPECT_THAT(refusal([](Calibration& c) {
-                c.layers[0].emitter.photometry.curve = {ToneCurve::Kind::kTable, 1, {0, 0.5, 0.4, 1}};
-              }),
-              HasSubstr("does not rise"));
+  EXPECT_THAT(
+      refusal([](Calibration& c) {
+        c.layers[0].emitter.photometry.curve = {ToneCurve::Kind::kTable, 1, {0, 0.5, 0.4, 1}};
+      }),
+      HasSubstr("does not rise"));
   EXPECT_THAT(refusal([](Calibration& c) { c.layers.clear(); }), HasSubstr("no layer"));
 }
 

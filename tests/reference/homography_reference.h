@@ -61,9 +61,9 @@ struct PlanarCamera {
 // Camera pixel ~ H (u, v, 1).
 inline Matrix3 PixelHomography(const PlanarPanel& panel, const PlanarCamera& camera) {
   const Matrix3 turn = Times(camera.rotation, panel.rotation);
-  const Point3 between = Times(camera.rotation, {panel.centre[0] - camera.position[0],
-                                                 panel.centre[1] - camera.position[1],
-                                                 panel.centre[2] - camera.position[2]});
+  const Point3 between = Times(camera.rotation, Point3{panel.centre[0] - camera.position[0],
+                                                       panel.centre[1] - camera.position[1],
+                                                       panel.centre[2] - camera.position[2]});
   const double along_u = panel.mirrored ? -panel.pitch : panel.pitch;
   // Panel px (u, v) is the point (along_u (u - W/2), pitch (H/2 - v), 0).
   Matrix3 plane{};
