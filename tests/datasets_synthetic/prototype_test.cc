@@ -256,7 +256,7 @@ TEST(Prototype, BendsLinesAsTheLensDoes) {
     const Image<Rgb> photo = Photo(Bare([u](int i, int j) {
                                      return i == u && j == 4 ? Rgb{1, 1, 1} : Rgb();
                                    }),
-                                   camera, 1024);
+                                   camera, 256);
     Vector2d sum(0, 0);
     double total = 0;
     for (int y = 0; y < 60; ++y) {

@@ -93,6 +93,7 @@ TEST(DesignCalibration, MagnifiesWhatARelayShows) {
   Display display = TwoLayers();
   display.layers.resize(1);
   display.layers[0].optics = LensletArray{LensletArray::Lattice::kSquare, 12, 6, 0, 0, true, 0};
+  display.layers[0].mirror_x = false;
   display.layers[0].position_mm = 40;
   display.layers[0].d0_mm = 3;
   display.layers[0].magnification = 1.25;

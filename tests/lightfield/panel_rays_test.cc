@@ -132,7 +132,7 @@ TEST(LayerSights, AgreesWithTheTwoPointForm) {
   layer.gap_mm = 7.45;
   layer.index = 1.49;
   const Vector3d eye(30, -20, 600);
-  for (const Vector2d target : {Vector2d(100, 100), Vector2d(960, 540), Vector2d(1900, 1000)}) {
+  for (const Vector2d& target : {Vector2d(100, 100), Vector2d(960, 540), Vector2d(1900, 1000)}) {
     // From the emitter's pixel to where its light leaves the spacer, and back by the line of sight.
     const Vector3d point = PanelPoint(layer.emitter, target);
     const Vector2d away = point.head<2>() - eye.head<2>();
