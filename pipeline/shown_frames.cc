@@ -1,5 +1,6 @@
 #include "pipeline/shown_frames.h"
 
+#include <algorithm>
 #include <map>
 #include <memory>
 
@@ -155,7 +156,7 @@ double WhiteOf(const Calibration& calibration, const std::vector<ShownLayer>& sh
       for (std::size_t i = 0; i < image->size(); ++i) sum += static_cast<double>(image->data()[i]);
       count += static_cast<double>(image->size());
     }
-    white += calibration.layers[l].gain * (count > 0 ? sum / count : 1.0);
+    white = std::max(white, calibration.layers[l].gain * (count > 0 ? sum / count : 1.0));
   }
   return white;
 }

@@ -30,8 +30,8 @@ std::vector<Shot> ReadShots(const std::filesystem::path& file);
 // InputError where a shot has not the calibration's layers or an image not its panel's size.
 std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration);
 
-// The light of the display, on average over its face, were all emitters white: sum over the layers
-// of gain * mean transmittance.
+// The light of the brightest layer, on average over its face, were all its emitters white: gain *
+// mean transmittance. A scene's white is what one layer shows while the others are black.
 double WhiteOf(const Calibration& calibration, const std::vector<ShownLayer>& shown);
 
 }  // namespace lamella

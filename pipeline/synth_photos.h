@@ -27,7 +27,7 @@ struct SynthPhotosOptions {
 
   int samples = 64;  // lines of sight per pixel
   double aperture_mm = 0, focus_mm = 0, vignetting = 0;
-  std::optional<double> exposure;  // not set: the display with all emitters white is white
+  std::optional<double> exposure;  // not set: a layer with all emitters white is white
   double full_well_e = 0, read_noise_e = 0, pedestal = 0;
   std::string curve = "srgb";  // of the photographs: linear, srgb, gamma
   double gamma = 2.2;
