@@ -137,8 +137,8 @@ Photometry ReadPhotometry(const JsonObject& json) {
 
 PanelCalibration ReadPanel(const JsonObject& json) {
   json.CheckKeys({"width_px", "height_px", "pitch_mm", "scale", "aspect", "skew", "bow_mm",
-                  "pincushion", "mirror_x", "rgb_stripes", "response", "black", "primaries", "falloff",
-                  "crosstalk"});
+                  "pincushion", "mirror_x", "rgb_stripes", "response", "black", "primaries",
+                  "falloff", "crosstalk"});
   PanelCalibration panel;
   panel.width_px = json.Whole("width_px", 1, 1 << 20);
   panel.height_px = json.Whole("height_px", 1, 1 << 20);
