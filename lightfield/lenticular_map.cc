@@ -13,11 +13,18 @@ double Phase(const Lenticular& lenses, double subpixel, double row) {
   return subpixel + lenses.offset_subpx - 3 * row * lenses.slant;
 }
 
+// Its rest in [0, X), without rounding: in many designs whole views fall on sub-pixels.
+double InLens(double phase, double width) {
+  const double rest = std::fmod(phase, width);
+  if (rest >= 0) return rest;
+  return rest + width < width ? rest + width : 0.0;
+}
+
 }  // namespace
 
 double VanBerkelView(const Lenticular& lenses, double subpixel, double row) {
-  const double turns = Phase(lenses, subpixel, row) / lenses.subpixels_per_lens;
-  return (turns - std::floor(turns)) * lenses.views;
+  const double width = lenses.subpixels_per_lens;
+  return InLens(Phase(lenses, subpixel, row), width) / width * lenses.views;
 }
 
 LenticularMap::LenticularMap(const Display& display, int layer_index) {
@@ -38,9 +45,9 @@ LenticularMap::LenticularMap(const Display& display, int layer_index) {
 }
 
 LenticularMap::Place LenticularMap::PlaceOf(double subpixel, double row) const {
-  const double turns = Phase(lenses_, subpixel, row) / lenses_.subpixels_per_lens;
-  const double lens = std::floor(turns);
-  return {static_cast<int>(lens), (turns - lens - 0.5) * lenses_.subpixels_per_lens};
+  const double width = lenses_.subpixels_per_lens, phase = Phase(lenses_, subpixel, row);
+  const double in_lens = InLens(phase, width);
+  return {static_cast<int>(std::lround((phase - in_lens) / width)), in_lens - width / 2};
 }
 
 double LenticularMap::View(int channel, int column, int row) const {

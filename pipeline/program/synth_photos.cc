@@ -28,8 +28,8 @@ void AddSynthPhotos(CLI::App& synth, Invocation& invocation) {
   arguments->flags.Add(verb, {Describe(arguments->options)});
   AddGlobalOptions(verb, invocation);
   verb.footer(
-      "Examples: what the display of a workspace shows to an eye\n"
-      "  lamella synth photos --frames W/frames --eyes '0,0,600;32,0,600' --out photos\n"
+      "Examples: what the display of a workspace shows to two eyes (= before a minus sign)\n"
+      "  lamella synth photos --frames W/frames --eyes='-32,0,600;32,0,600' --out photos\n"
       "a misaligned display shows patterns (docs/formats.md, shots) to 12 noisy cameras\n"
       "  lamella synth photos --misalignment true.json --shots shots.json --views 12 \\\n"
       "      --full-well-e 20000 --read-noise-e 4 --bits 12 --curve linear --out photos");

@@ -37,6 +37,12 @@ class CommandLine(SystemTest):
     def test_an_unknown_quality_is_refused(self):
         self.assert_refused(run("run", self.dir, "--workspace", self.dir / "w", "--quality", "bst"), 2, "bst", "best")
 
+    def test_a_display_of_lenses_is_refused_before_any_work(self):
+        write_grid(self.dir / "grid")
+        result = run("run", self.dir / "grid", "--workspace", self.dir / "w", "--display", "paper-varifocal")
+        self.assert_refused(result, 2, "paper-varifocal", "lenslets", "barriers")
+        self.assertFalse((self.dir / "w" / "capture").exists())
+
     def test_a_value_out_of_range_names_its_flag(self):
         self.assert_refused(run("run", self.dir, "--workspace", self.dir / "w", "--poses-features", "-5"), 2, "--poses-features")
 
