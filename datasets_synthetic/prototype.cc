@@ -80,9 +80,18 @@ struct TracedLayer {
   }
 };
 
+bool IsDark(const ShownLayer& shown) {
+  return std::all_of(shown.emitter.begin(), shown.emitter.end(), [](const auto& image) {
+    return std::all_of(image->data(), image->data() + image->size(),
+                       [](const Rgb& light) { return light == Rgb(); });
+  });
+}
+
+// The layers that show anything: patterns are shown on one at a time.
 std::vector<TracedLayer> Traced(const Prototype& prototype) {
   std::vector<TracedLayer> layers;
   for (std::size_t l = 0; l < prototype.shown.size(); ++l) {
+    if (IsDark(prototype.shown[l])) continue;
     const LayerCalibration& layer = prototype.calibration.layers[l];
     const double falloff = layer.emitter.photometry.falloff +
                            (layer.modulator ? layer.modulator->photometry.falloff : 0);

@@ -83,6 +83,11 @@ std::optional<Vector2d> PanelPixel(const PanelCalibration& panel, const Vector2d
 
 std::optional<Vector3d> MeetPanel(const PanelCalibration& panel, const Vector3d& origin,
                                   const Vector3d& direction) {
+  if (panel.bow_mm == 0) {
+    const double t = -origin.z() / direction.z();
+    if (!std::isfinite(t)) return std::nullopt;
+    return origin + t * direction;
+  }
   // o_z + t d_z = (b/R^2) |o_xy + t d_xy|^2 as A t^2 + B t + C = 0.
   const double R = panel.HalfDiagonalMm(), c = panel.bow_mm / (R * R);
   const double A = c * direction.head<2>().squaredNorm();
