@@ -48,7 +48,7 @@ void CheckPhotometry(const Photometry& photometry, const Checker& check) {
   check.Require(photometry.primaries.allFinite(), "primaries are not finite", "give 9 numbers");
   const SpreadKernel& kernel = photometry.crosstalk;
   const bool square = kernel.size >= 1 && kernel.size <= 99 && kernel.size % 2 == 1 &&
-                      kernel.weights.size() == static_cast<std::size_t>(kernel.size * kernel.size);
+                      static_cast<int>(kernel.weights.size()) == kernel.size * kernel.size;
   check.Require(square, "crosstalk is not of size x size weights, size odd and at most 99",
                 "mend it");
   const double sum = std::accumulate(kernel.weights.begin(), kernel.weights.end(), 0.0);

@@ -96,9 +96,9 @@ std::vector<View> RingViews(const SynthPhotosOptions& options, const Calibration
   for (int i = 0; i < options.views; ++i) {
     const double distance = options.distance_mm * (1 + 0.12 * (i % 3 - 1));
     const double tilt = options.tilt_deg / (i % 2 == 0 ? 1 : 3) * kRadians;
-    const double azimuth = 2 * std::numbers::pi * (i / 2) / std::max(1, (options.views + 1) / 2) +
-                           (i % 2 == 0 ? 0.0 : 0.5);
-    const double roll = 90.0 * (i / 2 % 3) * kRadians;
+    const int place = i / 2, places = std::max(1, (options.views + 1) / 2);  // on its ring
+    const double azimuth = 2 * std::numbers::pi * place / places + (i % 2 == 0 ? 0.0 : 0.5);
+    const double roll = 90.0 * (place % 3) * kRadians;
     View view;
     view.name = fmt::format("view_{:03}", i + 1);
     Camera& camera = view.camera;

@@ -85,7 +85,7 @@ Shot ShotOfFrames(const fs::path& folder) {
   for (const JsonObject& layer : FramesRecord(folder).Objects("layers")) {
     const int k = layer.Whole("slots_per_axis", 1, 32);
     Shot::LayerFiles files;
-    files.emitter.resize(static_cast<std::size_t>(k * k));
+    files.emitter.resize(static_cast<std::size_t>(k) * static_cast<std::size_t>(k));
     files.modulator.resize(files.emitter.size());
     for (const JsonObject& frame : layer.Objects("frames")) {
       const auto slot = static_cast<std::size_t>(frame.Whole("slot", 0, k * k - 1));

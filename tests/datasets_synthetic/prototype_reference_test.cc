@@ -164,8 +164,11 @@ TEST_P(PrototypeAgainstHomography, PutsEdgesWithinAHundredthOfAPixel) {
                                           scene.panel.width / 2.0, scene.panel.height / 2.0);
     const double about = middle[columns ? 0 : 1];
     const int across = static_cast<int>(middle[columns ? 1 : 0]);
+    const auto width = static_cast<std::size_t>(scene.camera.width);
     const auto of_exact = EdgePositions(
-        [&](int x, int y) { return exact[static_cast<std::size_t>(y * scene.camera.width + x)]; },
+        [&](int x, int y) {
+          return exact[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)];
+        },
         about, columns, across - 16, across + 16);
     const auto of_photograph =
         EdgePositions([&](int x, int y) { return static_cast<double>(photograph(x, y).g); }, about,

@@ -155,7 +155,7 @@ TEST(LayerSights, ShiftsTheEmitterBySnell) {
   for (const double slope : {-2.0, -0.3, 0.0, 0.05, 1.0, 40.0}) {
     const auto hit = LayerSights(layer).Seen({12 + slope * 500, 0, 500}, {-slope, 0, -1});
     ASSERT_TRUE(hit);
-    const long double s = slope, sine = s / std::sqrt(1 + s * s) / 1.49L;
+    const auto s = static_cast<long double>(slope), sine = s / std::sqrt(1 + s * s) / 1.49L;
     const long double x_e = 12 - 7.45L * sine / std::sqrt(1 - sine * sine);
     EXPECT_NEAR(hit->modulator.x(), 960 + 12 / 0.3, 1e-9);
     EXPECT_NEAR(hit->emitter.x(), static_cast<double>(960 + x_e / 0.3L), 1e-9);

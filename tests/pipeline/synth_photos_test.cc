@@ -41,7 +41,7 @@ constexpr const char* kShots = R"({"format_version": 1, "shots": [
 
 // The display, its shots and a mark in the top left of the panel, in a folder.
 fs::path Folder() {
-  const fs::path folder = ScratchFolder();
+  fs::path folder = ScratchFolder();
   WriteTextAtomically(folder / "tiny.toml", kDisplay);
   WriteTextAtomically(folder / "shots.json", kShots);
   Image<Rgb8> mark(36, 24);
