@@ -279,6 +279,29 @@ void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes, int p
               OIIO::TypeDesc::UINT8);
 }
 
+void WriteNumbers(const fs::path& path, ImageSpan<const Rgb> numbers, int bits) {
+  const double full = bits == 16 ? 65535 : 255;
+  std::vector<std::uint16_t> codes;
+  const auto code = [full](float number) {
+    return static_cast<std::uint16_t>(
+        std::lround(std::clamp(static_cast<double>(number), 0.0, 1.0) * full));
+  };
+  for (int y = 0; y < numbers.height; ++y) {
+    for (int x = 0; x < numbers.width; ++x) {
+      const Rgb& p = numbers(x, y);
+      codes.insert(codes.end(), {code(p.r), code(p.g), code(p.b)});
+    }
+  }
+  OIIO::ImageSpec spec = PngSpec(numbers.width, numbers.height, 3, kForPhotographs);
+  if (bits == 16) {
+    spec.set_format(OIIO::TypeDesc::UINT16);
+    WriteBuffer(path, spec, codes.data(), OIIO::TypeDesc::UINT16);
+    return;
+  }
+  const std::vector<std::uint8_t> bytes(codes.begin(), codes.end());
+  WriteBuffer(path, spec, bytes.data(), OIIO::TypeDesc::UINT8);
+}
+
 Image<Rgb8> EncodeSrgb8(ImageSpan<const Rgb> linear) {
   Image<Rgb8> codes(linear.width, linear.height);
   for (int y = 0; y < linear.height; ++y) {

@@ -57,6 +57,8 @@ void WriteCodes8(const std::filesystem::path& path, ImageSpan<const Rgb8> codes,
 // PNG of final codes with an unassociated alpha.
 void WriteCodes8(const std::filesystem::path& path, ImageSpan<const Rgb8> codes,
                  ImageSpan<const float> alpha);
+// PNG of numbers in [0, 1] that are final, rounded to codes of 8 or 16 bits.
+void WriteNumbers(const std::filesystem::path& path, ImageSpan<const Rgb> numbers, int bits);
 void WriteGrey8(const std::filesystem::path& path, ImageSpan<const std::uint8_t> codes,
                 int png_level = 6);
 

@@ -1,5 +1,6 @@
 #include "pipeline/json_file.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -127,6 +128,20 @@ std::vector<double> JsonObject::Numbers(const std::string& key, std::size_t coun
   return numbers;
 }
 
+std::vector<double> JsonObject::Numbers(const std::string& key) const {
+  std::vector<double> numbers;
+  bool good = true;
+  Flatten(node_->At(*this, key, "a list of numbers"), numbers, good);
+  if (!good) throw Wrong(key, "a list of finite numbers");
+  return numbers;
+}
+
+bool JsonObject::Truth(const std::string& key) const {
+  const json& value = node_->At(*this, key, "true or false");
+  if (!value.is_boolean()) throw Wrong(key, "true or false");
+  return value.get<bool>();
+}
+
 bool JsonObject::HasTrue(const std::string& key) const {
   return Has(key) && node_->value.at(key).is_boolean() && node_->value.at(key).get<bool>();
 }
@@ -137,6 +152,14 @@ double JsonObject::NumberOr(const std::string& key, double otherwise) const {
 
 std::string JsonObject::TextOr(const std::string& key, const std::string& otherwise) const {
   return Has(key) ? Text(key) : otherwise;
+}
+
+void JsonObject::CheckKeys(const std::vector<std::string>& known) const {
+  for (const auto& item : node_->value.items()) {
+    if (std::find(known.begin(), known.end(), item.key()) != known.end()) continue;
+    throw InputError(where_, fmt::format("there is no key \"{}\"", item.key()),
+                     fmt::format("did you mean \"{}\"?", NearestName(item.key(), known)));
+  }
 }
 
 void JsonObject::CheckFormatVersion(int newest) const {

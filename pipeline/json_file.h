@@ -30,11 +30,15 @@ class JsonObject {
   std::vector<std::string> Texts(const std::string& key) const;
   // Numbers of a list, or of a list of lists (by rows); `count` of them.
   std::vector<double> Numbers(const std::string& key, std::size_t count) const;
+  std::vector<double> Numbers(const std::string& key) const;  // however many
+  bool Truth(const std::string& key) const;
   // False where the field is absent.
   bool HasTrue(const std::string& key) const;
   double NumberOr(const std::string& key, double otherwise) const;
   std::string TextOr(const std::string& key, const std::string& otherwise) const;
 
+  // Refuses a key that is none of these, and offers the nearest.
+  void CheckKeys(const std::vector<std::string>& known) const;
   // Refuses a file of a format newer than `newest`, or of none where one is due.
   void CheckFormatVersion(int newest) const;
 

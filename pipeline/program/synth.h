@@ -7,5 +7,6 @@ namespace lamella {
 
 void AddSynthScene(CLI::App& synth, Invocation& invocation);
 void AddSynthLayers(CLI::App& synth, Invocation& invocation);
+void AddSynthPhotos(CLI::App& synth, Invocation& invocation);
 
 }  // namespace lamella

@@ -1,0 +1,90 @@
+// Panel images from codes: the photometric half of the virtual prototype.
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "datasets_synthetic/prototype.h"
+#include "lightfield/error.h"
+#include "lightfield/parallel.h"
+
+namespace lamella {
+namespace {
+
+// black + (1 - black) curve(code) of all 8-bit codes.
+std::array<float, 256> Levels(const Photometry& photometry) {
+  std::array<float, 256> levels{};
+  for (std::size_t code = 0; code < levels.size(); ++code) {
+    const double light = LightOfCode(photometry.curve, static_cast<double>(code) / 255);
+    levels[code] = static_cast<float>(photometry.black + (1 - photometry.black) * light);
+  }
+  return levels;
+}
+
+void CheckSize(const PanelCalibration& panel, ImageSpan<const Rgb8> codes) {
+  if (codes.width == panel.width_px && codes.height == panel.height_px) return;
+  throw InputError("",
+                   fmt::format("an image of {} x {} px is shown on a panel of {} x {}", codes.width,
+                               codes.height, panel.width_px, panel.height_px),
+                   "give images of the panel's pixels");
+}
+
+// Every pixel's light is handed out by the kernel; what leaves the panel is lost.
+Image<Rgb> Spread(const Image<Rgb>& light, const SpreadKernel& kernel) {
+  Image<Rgb> spread(light.width(), light.height());
+  const int half = kernel.size / 2;
+  ParallelForEach(0, light.height(), [&](std::int64_t row) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < light.width(); ++x) {
+      Rgb sum;
+      for (int dy = -half; dy <= half; ++dy) {
+        for (int dx = -half; dx <= half; ++dx) {
+          // The pixel at (x - dx, y - dy) gives to the one that is (dx, dy) further.
+          const int u = x - dx, v = y - dy;
+          if (u < 0 || v < 0 || u >= light.width() || v >= light.height()) continue;
+          const int index = (dy + half) * kernel.size + dx + half;
+          const double weight = kernel.weights[static_cast<std::size_t>(index)];
+          sum += static_cast<float>(weight) * light(u, v);
+        }
+      }
+      spread(x, y) = sum;
+    }
+  });
+  return spread;
+}
+
+}  // namespace
+
+Image<Rgb> LightOfEmitter(const PanelCalibration& panel, ImageSpan<const Rgb8> codes) {
+  CheckSize(panel, codes);
+  const std::array<float, 256> levels = Levels(panel.photometry);
+  const Eigen::Matrix3f primaries = panel.photometry.primaries.cast<float>();
+  const bool plain = panel.rgb_stripes ||  // whose colours mix in the eye
+                     panel.photometry.primaries == Eigen::Matrix3d::Identity();
+  Image<Rgb> light(codes.width, codes.height);
+  for (int y = 0; y < codes.height; ++y) {
+    for (int x = 0; x < codes.width; ++x) {
+      const Rgb8 code = codes(x, y);
+      Rgb own{levels[code.r], levels[code.g], levels[code.b]};
+      if (!plain) {
+        const Eigen::Vector3f mixed = primaries * Eigen::Vector3f(own.r, own.g, own.b);
+        own = {mixed.x(), mixed.y(), mixed.z()};
+      }
+      light(x, y) = own;
+    }
+  }
+  if (panel.photometry.crosstalk.size == 1) return light;
+  return Spread(light, panel.photometry.crosstalk);
+}
+
+Image<float> TransmittanceOfModulator(const PanelCalibration& panel, ImageSpan<const Rgb8> codes) {
+  CheckSize(panel, codes);
+  const std::array<float, 256> levels = Levels(panel.photometry);
+  Image<float> transmittance(codes.width, codes.height);
+  for (int y = 0; y < codes.height; ++y) {
+    for (int x = 0; x < codes.width; ++x) transmittance(x, y) = levels[codes(x, y).g];
+  }
+  return transmittance;
+}
+
+}  // namespace lamella

@@ -1,0 +1,59 @@
+// The virtual prototype: what a camera photographs of a display that shows given panel images.
+//
+// Light is traced physically from a calibration's numbers, line of sight by line of sight: through
+// the lens, the plate, the posed and bowed modulator's pixel, refracted or bent by a lens of the
+// sheet, to the emitter's pixel. It shares no code with the ray map, so that a simulated eye and a
+// virtual photograph are two ways to one picture.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "lightfield/calibration.h"
+#include "lightfield/camera.h"
+#include "lightfield/image.h"
+#include "lightfield/progress.h"
+#include "lightfield/rigid.h"
+
+namespace lamella {
+
+// What one layer shows while the shutter is open: its time slots, all equally long; both panels of
+// the sizes that the calibration says, images as the panels are addressed (a mirrored layer's
+// frames are flipped already). Slots may share images.
+struct ShownLayer {
+  std::vector<std::shared_ptr<const Image<Rgb>>> emitter;      // linear light, white 1
+  std::vector<std::shared_ptr<const Image<float>>> modulator;  // transmittance; as many, or none
+};
+
+struct Prototype {
+  Calibration calibration;
+  std::vector<ShownLayer> shown;  // one per layer
+};
+
+// Panel images from 8-bit codes through the panel's photometry: curve, black level, primaries and
+// spread (crosstalk) of an emitter; curve and leakage of a modulator (grey: the green code).
+Image<Rgb> LightOfEmitter(const PanelCalibration& panel, ImageSpan<const Rgb8> codes);
+Image<float> TransmittanceOfModulator(const PanelCalibration& panel, ImageSpan<const Rgb8> codes);
+
+struct PrototypeCamera {
+  Camera camera;
+  Rigid camera_from_display;  // mm
+  double aperture_mm = 0;     // diameter of the entrance pupil; 0: everything is sharp
+  double focus_mm = 0;        // along the optical axis to the sharp plane; used with an aperture
+  double vignetting = 0;  // share of light lost in the corners: 1 - v r^2, r = 1 half a diagonal
+                          // from the principal point
+};
+
+// The linear light on the camera's pixels, each the mean over its area, the pupil and the time
+// slots, of `samples` lines of sight (powers of two are the most exact). The layers' light is
+// summed. Does not depend on the number of threads. `progress` advances by one per row.
+// UsageError where the camera is not in front of every layer; InputError where what is shown does
+// not fit the calibration.
+Image<Rgb> PhotographPrototype(const Prototype& prototype, const PrototypeCamera& camera,
+                               int samples, Progress& progress);
+
+// The light that the display shows along one line of sight, in the display's frame.
+Rgb LightAlong(const Prototype& prototype, const Eigen::Vector3d& origin,
+               const Eigen::Vector3d& direction);
+
+}  // namespace lamella

@@ -1,0 +1,164 @@
+#include "pipeline/shown_frames.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "lightfield/error.h"
+#include "lightfield/image_io.h"
+#include "pipeline/json_file.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kFormatVersion = 1;
+constexpr const char *kWhite = "white", *kBlack = "black";
+
+Image<Rgb8> CodesOf(const std::string& source, const PanelCalibration& panel) {
+  if (source == kWhite) return {panel.width_px, panel.height_px, Rgb8{255, 255, 255}};
+  if (source == kBlack) return {panel.width_px, panel.height_px, Rgb8{}};
+  Image<Rgb8> codes = ReadSrgb8(source);
+  if (codes.width() != panel.width_px || codes.height() != panel.height_px) {
+    throw InputError(source,
+                     fmt::format("is {} x {} px, the panel {} x {}", codes.width(), codes.height(),
+                                 panel.width_px, panel.height_px),
+                     "give an image of the panel's pixels");
+  }
+  return codes;
+}
+
+// One image per slot; slots that show the same file share it.
+template <class T, class Make>
+std::vector<std::shared_ptr<const Image<T>>> Load(const std::vector<std::string>& sources,
+                                                  const PanelCalibration& panel, Make make) {
+  std::map<std::string, std::shared_ptr<const Image<T>>> known;
+  std::vector<std::shared_ptr<const Image<T>>> images;
+  for (const std::string& source : sources) {
+    auto& image = known[source];
+    if (!image) {
+      image = std::make_shared<const Image<T>>(make(panel, CodesOf(source, panel).span()));
+    }
+    images.push_back(image);
+  }
+  return images;
+}
+
+std::vector<std::string> Sources(const JsonObject& json, const char* key, const char* otherwise) {
+  if (!json.Has(key)) return {otherwise};
+  std::vector<std::string> sources = json.Texts(key);
+  if (sources.empty()) throw json.Wrong(key, "a list of one or more images");
+  const fs::path folder = fs::path(json.where().substr(0, json.where().find(": "))).parent_path();
+  for (std::string& source : sources) {
+    if (source != kWhite && source != kBlack) source = (folder / source).string();
+  }
+  return sources;
+}
+
+Shot::LayerFiles ReadLayer(const JsonObject& json) {
+  json.CheckKeys({"emitter", "modulator"});
+  Shot::LayerFiles files{Sources(json, "emitter", kBlack), Sources(json, "modulator", kWhite)};
+  const std::size_t slots = std::max(files.emitter.size(), files.modulator.size());
+  for (auto* sources : {&files.emitter, &files.modulator}) {
+    if (sources->size() == 1) sources->resize(slots, sources->front());
+    if (sources->size() != slots) {
+      throw InputError(json.where(), "emitter and modulator have different numbers of time slots",
+                       "give one image or as many");
+    }
+  }
+  return files;
+}
+
+JsonObject FramesRecord(const fs::path& folder) {
+  JsonObject json(folder / "frames.json");
+  json.CheckFormatVersion(kFormatVersion);
+  return json;
+}
+
+}  // namespace
+
+Shot ShotOfFrames(const fs::path& folder) {
+  Shot shot;
+  shot.name = "frames";
+  for (const JsonObject& layer : FramesRecord(folder).Objects("layers")) {
+    const int k = layer.Whole("slots_per_axis", 1, 32);
+    Shot::LayerFiles files;
+    files.emitter.resize(static_cast<std::size_t>(k) * static_cast<std::size_t>(k));
+    files.modulator.resize(files.emitter.size());
+    for (const JsonObject& frame : layer.Objects("frames")) {
+      const auto slot = static_cast<std::size_t>(frame.Whole("slot", 0, k * k - 1));
+      const bool emits = frame.Text("role") == "emitter";
+      (emits ? files.emitter : files.modulator)[slot] = (folder / frame.Text("file")).string();
+    }
+    shot.layers.push_back(std::move(files));
+  }
+  return shot;
+}
+
+ToneCurve CurveOfFrames(const fs::path& folder) {
+  const JsonObject response = FramesRecord(folder).Object("response");
+  ToneCurve curve;
+  if (response.Text("curve") == "gamma") {
+    curve.kind = ToneCurve::Kind::kGamma;
+    curve.gamma = response.Number("gamma");
+  }
+  return curve;
+}
+
+std::vector<Shot> ReadShots(const fs::path& file) {
+  const JsonObject json(file);
+  json.CheckFormatVersion(kFormatVersion);
+  json.CheckKeys({"format_version", "shots"});
+  std::vector<Shot> shots;
+  for (const JsonObject& object : json.Objects("shots")) {
+    object.CheckKeys({"name", "layers"});
+    Shot shot;
+    shot.name = object.Text("name");
+    if (shot.name.empty() || shot.name.find('/') != std::string::npos) {
+      throw object.Wrong("name", "a part of a file's name");
+    }
+    for (const JsonObject& layer : object.Objects("layers"))
+      shot.layers.push_back(ReadLayer(layer));
+    shots.push_back(std::move(shot));
+  }
+  if (shots.empty()) throw json.Wrong("shots", "one or more");
+  return shots;
+}
+
+std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration) {
+  if (shot.layers.size() != calibration.layers.size()) {
+    throw InputError(fmt::format("shot \"{}\"", shot.name),
+                     fmt::format("is of {} layers, the display has {}", shot.layers.size(),
+                                 calibration.layers.size()),
+                     "show every layer, black ones too");
+  }
+  std::vector<ShownLayer> shown;
+  for (std::size_t l = 0; l < shot.layers.size(); ++l) {
+    const LayerCalibration& layer = calibration.layers[l];
+    ShownLayer images;
+    images.emitter = Load<Rgb>(shot.layers[l].emitter, layer.emitter, LightOfEmitter);
+    if (layer.modulator) {
+      images.modulator =
+          Load<float>(shot.layers[l].modulator, *layer.modulator, TransmittanceOfModulator);
+    }
+    shown.push_back(std::move(images));
+  }
+  return shown;
+}
+
+double WhiteOf(const Calibration& calibration, const std::vector<ShownLayer>& shown) {
+  double white = 0;
+  for (std::size_t l = 0; l < shown.size(); ++l) {
+    double sum = 0, count = 0;
+    for (const auto& image : shown[l].modulator) {
+      for (std::size_t i = 0; i < image->size(); ++i) sum += static_cast<double>(image->data()[i]);
+      count += static_cast<double>(image->size());
+    }
+    white = std::max(white, calibration.layers[l].gain * (count > 0 ? sum / count : 1.0));
+  }
+  return white;
+}
+
+}  // namespace lamella

@@ -1,0 +1,37 @@
+// What a display shows in front of a camera: a workspace's frames, or a file of shots.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "datasets_synthetic/prototype.h"
+#include "lightfield/calibration.h"
+
+namespace lamella {
+
+// A picture of every layer while the shutter is open; loaded one at a time, since they are large.
+struct Shot {
+  struct LayerFiles {
+    // Time slots, as many of both: a file, "white" or "black".
+    std::vector<std::string> emitter, modulator;
+  };
+  std::string name;
+  std::vector<LayerFiles> layers;
+};
+
+// The frames of W/frames/frames.json as one shot, named "frames".
+Shot ShotOfFrames(const std::filesystem::path& folder);
+// The panels' curve that the frames were encoded for.
+ToneCurve CurveOfFrames(const std::filesystem::path& folder);
+// docs/formats.md, "shots"; files are relative to it.
+std::vector<Shot> ReadShots(const std::filesystem::path& file);
+
+// InputError where a shot has not the calibration's layers or an image not its panel's size.
+std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration);
+
+// The light of the brightest layer, on average over its face, were all its emitters white: gain *
+// mean transmittance. A scene's white is what one layer shows while the others are black.
+double WhiteOf(const Calibration& calibration, const std::vector<ShownLayer>& shown);
+
+}  // namespace lamella

@@ -1,0 +1,224 @@
+#include "pipeline/synth_photos.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "datasets_synthetic/sensor.h"
+#include "distribute/displays.h"
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "lightfield/image_io.h"
+#include "pipeline/calibration_record.h"
+#include "pipeline/capture/transforms_json.h"
+#include "pipeline/layers_record.h"
+#include "pipeline/photo_cameras.h"
+#include "pipeline/shown_frames.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormatVersion = 1;
+
+Calibration Truth(const SynthPhotosOptions& options) {
+  if (!options.misalignment.empty()) return LoadCalibration(options.misalignment);
+  if (options.display.empty() && options.frames.empty()) {
+    throw UsageError("", "it is not said of which display", "give --display or --misalignment");
+  }
+  const Display display =
+      options.display.empty()
+          ? LoadLayersRecord(Workspace(fs::absolute(options.frames).parent_path())).display
+          : FindDisplay(options.display);
+  Calibration calibration = DesignCalibration(display);
+  if (options.frames.empty()) return calibration;
+  for (LayerCalibration& layer : calibration.layers) {
+    layer.emitter.photometry.curve = CurveOfFrames(options.frames);
+  }
+  return calibration;
+}
+
+std::vector<Shot> Shots(const SynthPhotosOptions& options) {
+  if (options.frames.empty() == options.shots.empty()) {
+    throw UsageError("", "it is not said once what the display shows",
+                     "give one of --frames and --shots");
+  }
+  if (!options.shots.empty()) return ReadShots(options.shots);
+  return {ShotOfFrames(fs::absolute(options.frames).lexically_normal())};
+}
+
+Sensor SensorOf(const SynthPhotosOptions& options, double exposure) {
+  Sensor sensor{exposure,         options.full_well_e,  options.read_noise_e,
+                options.pedestal, Sensor::Curve::kSrgb, options.gamma,
+                options.bits};
+  if (options.curve == "linear") sensor.curve = Sensor::Curve::kLinear;
+  if (options.curve == "gamma") sensor.curve = Sensor::Curve::kGamma;
+  if (options.format == "exr") {
+    sensor.curve = Sensor::Curve::kLinear;
+    sensor.bits = 0;
+  }
+  return sensor;
+}
+
+void WritePhotograph(const fs::path& file, const Image<Rgb>& numbers,
+                     const SynthPhotosOptions& options) {
+  if (options.format == "exr") {
+    std::vector<Channel> channels;
+    for (const char* name : {"R", "G", "B"}) {
+      channels.push_back({name, {numbers.width(), numbers.height()}});
+    }
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      channels[0].pixels.data()[i] = numbers.data()[i].r;
+      channels[1].pixels.data()[i] = numbers.data()[i].g;
+      channels[2].pixels.data()[i] = numbers.data()[i].b;
+    }
+    WriteExr(file, channels, ExrType::kFloat);
+  } else {
+    WriteNumbers(file, numbers.span(), options.bits > 8 ? 16 : 8);
+  }
+}
+
+PrototypeCamera CameraOf(const View& view, const SynthPhotosOptions& options) {
+  return {view.camera, view.camera_from_world, options.aperture_mm, options.focus_mm,
+          options.vignetting};
+}
+
+Json SensorJson(const SynthPhotosOptions& options, const Sensor& sensor) {
+  Json json = {{"samples", options.samples},
+               {"aperture_mm", options.aperture_mm},
+               {"focus_mm", options.focus_mm},
+               {"vignetting", options.vignetting},
+               {"exposure", sensor.exposure},
+               {"full_well_e", sensor.full_well_e},
+               {"read_noise_e", sensor.read_noise_e},
+               {"pedestal", sensor.pedestal},
+               {"curve", options.format == "exr" ? "linear" : options.curve},
+               {"bits", sensor.bits},
+               {"seed", options.seed}};
+  if (json["curve"] == "gamma") json["gamma"] = options.gamma;
+  return json;
+}
+
+}  // namespace
+
+OptionTable Describe(SynthPhotosOptions& o) {
+  const auto text = [](const char* name, const char* help, std::string* value, const char* flag) {
+    return OptionField{name, help, value, {}, {}, {}, flag};
+  };
+  const auto number = [](const char* name, const char* help, OptionValue value, double min,
+                         double max, const char* flag) {
+    return OptionField{name, help, value, min, max, {}, flag};
+  };
+  return {
+      "synth",
+      {text("display", "name or file; else that of the frames' workspace", &o.display, "--display"),
+       text("misalignment", "calibration.json of what it really is; else as designed",
+            &o.misalignment, "--misalignment"),
+       text("frames", "a workspace's frames/ that it shows", &o.frames, "--frames"),
+       text("shots", "a file of pictures that it shows in turn", &o.shots, "--shots"),
+       text("cameras", "transforms.json of cameras in the display's frame, mm", &o.cameras,
+            "--cameras"),
+       text("eyes", "cameras \"X,Y,Z;...\" in mm whose pictures lie on z = 0", &o.eyes, "--eyes"),
+       number("views", "cameras on two rings about the axis", &o.views, 0, 1000, "--views"),
+       text("raster",
+            "of the eyes' pictures on z = 0, LEFT,TOP,PIXEL,WIDTH,HEIGHT; else the panel's",
+            &o.raster, "--raster"),
+       number("distance_mm", "of the rings' cameras, varied by 12 %, mm", &o.distance_mm, 1, 1e6,
+              "--distance-mm"),
+       number("tilt_deg", "of the outer ring, a third of it of the inner one, degrees", &o.tilt_deg,
+              0, 85, "--tilt-deg"),
+       number("width_px", "of the rings' pictures, px; 3:2", &o.width_px, 16, 16384, "--width-px"),
+       number("k1", "radial distortion of the rings' cameras", &o.k1, -1, 1, "--k1"),
+       number("samples", "lines of sight per pixel; powers of two are best", &o.samples, 1, 65536,
+              "--samples"),
+       number("aperture_mm", "diameter of the pupil, mm; 0: all is sharp", &o.aperture_mm, 0, 1000,
+              "--aperture-mm"),
+       number("focus_mm", "distance of the sharp plane along the axis, mm", &o.focus_mm, 0, 1e9,
+              "--focus-mm"),
+       number("vignetting", "share of light lost in the corners", &o.vignetting, 0, 1,
+              "--vignetting"),
+       number("exposure",
+              "factor from light to full scale; else a layer's white emitters are white",
+              &o.exposure, 1e-9, 1e9, "--exposure"),
+       number("full_well_e", "electrons of full scale; 0: no noise", &o.full_well_e, 0, 1e9,
+              "--full-well-e"),
+       number("read_noise_e", "standard deviation, electrons", &o.read_noise_e, 0, 1e6,
+              "--read-noise-e"),
+       number("pedestal", "added to the light, share of full scale", &o.pedestal, 0, 0.5,
+              "--pedestal"),
+       OptionField{"curve",
+                   "of the PNG's numbers",
+                   &o.curve,
+                   {},
+                   {},
+                   {"srgb", "linear", "gamma"},
+                   "--curve"},
+       number("gamma", "number = light^(1/gamma) where the curve is gamma", &o.gamma, 0.1, 10,
+              "--gamma"),
+       number("bits", "of the PNG's numbers; above 8 in 16-bit files", &o.bits, 8, 16, "--bits"),
+       OptionField{"format",
+                   "png, or exr: linear, not rounded",
+                   &o.format,
+                   {},
+                   {},
+                   {"png", "exr"},
+                   "--format"},
+       number("seed", "of the noise", &o.seed, 0, 1e9, "--seed")}};
+}
+
+int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress& progress) {
+  const std::vector<Shot> shots = Shots(options);
+  Prototype prototype;
+  prototype.calibration = Truth(options);
+  const std::vector<View> cameras = PhotoCameras(options, prototype.calibration);
+  if (options.aperture_mm > 0 && !(options.focus_mm > 0)) {
+    throw UsageError("--aperture-mm", "has no --focus-mm", "give the distance of the sharp plane");
+  }
+  // One exposure for all, as of a locked camera.
+  std::optional<double> exposure = options.exposure;
+  if (!exposure) {
+    double white = 0;
+    for (const Shot& shot : shots) {
+      white =
+          std::max(white, WhiteOf(prototype.calibration, LoadShot(shot, prototype.calibration)));
+    }
+    exposure = white > 0 ? 1 / white : 1;
+  }
+  const Sensor sensor = SensorOf(options, *exposure);
+  CreateFolder(out / "images");
+  std::int64_t rows = 0;
+  for (const View& view : cameras) rows += view.camera.height;
+  progress.Start("photographs", rows * static_cast<std::int64_t>(shots.size()), "rows");
+  TransformsJson transforms;
+  Json photos = Json::array();
+  for (const Shot& shot : shots) {
+    prototype.shown = LoadShot(shot, prototype.calibration);
+    for (const View& view : cameras) {
+      View photo = view;
+      if (shots.size() > 1) photo.name = fmt::format("{}_{}", view.name, shot.name);
+      photo.image = out / "images" / fmt::format("{}.{}", photo.name, options.format);
+      const Image<Rgb> light =
+          PhotographPrototype(prototype, CameraOf(view, options), options.samples, progress);
+      const auto seed = (static_cast<std::uint64_t>(options.seed) << 32) + photos.size();
+      WritePhotograph(photo.image, Develop(light.span(), sensor, seed), options);
+      photos.push_back({{"file", fmt::format("images/{}.{}", photo.name, options.format)},
+                        {"camera", view.name},
+                        {"shot", shot.name}});
+      transforms.views.push_back(std::move(photo));
+    }
+  }
+  WriteTransformsJson(out / "transforms.json", transforms);
+  SaveCalibration(out / "calibration.json", prototype.calibration);
+  const Json record = {{"format_version", kFormatVersion},
+                       {"display", prototype.calibration.display},
+                       {"sensor", SensorJson(options, sensor)},
+                       {"photos", photos}};
+  WriteTextAtomically(out / "photos.json", record.dump(1) + "\n");
+  return static_cast<int>(photos.size());
+}
+
+}  // namespace lamella

@@ -1,0 +1,405 @@
+// Every effect of the virtual prototype in closed form, one at a time.
+#include "datasets_synthetic/prototype.h"
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "lightfield/error.h"
+#include "lightfield/parallel.h"
+
+namespace lamella {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+
+using Light = std::function<Rgb(int u, int v)>;
+
+std::shared_ptr<const Image<Rgb>> Emitting(const PanelCalibration& panel, const Light& light) {
+  auto image = std::make_shared<Image<Rgb>>(panel.width_px, panel.height_px);
+  for (int v = 0; v < panel.height_px; ++v) {
+    for (int u = 0; u < panel.width_px; ++u) (*image)(u, v) = light(u, v);
+  }
+  return image;
+}
+
+std::shared_ptr<const Image<float>> Passing(const PanelCalibration& panel,
+                                            const std::function<float(int, int)>& share) {
+  auto image = std::make_shared<Image<float>>(panel.width_px, panel.height_px);
+  for (int v = 0; v < panel.height_px; ++v) {
+    for (int u = 0; u < panel.width_px; ++u) (*image)(u, v) = share(u, v);
+  }
+  return image;
+}
+
+Rgb White(int, int) { return {1, 1, 1}; }
+
+// One bare panel of 40 x 30 pixels of 0.5 mm, in z = 0.
+Prototype Bare(const Light& light) {
+  Prototype prototype;
+  LayerCalibration layer;
+  layer.emitter.width_px = 40;
+  layer.emitter.height_px = 30;
+  layer.emitter.pitch_mm = 0.5;
+  prototype.calibration.layers = {layer};
+  prototype.shown = {{{Emitting(layer.emitter, light)}, {}}};
+  return prototype;
+}
+
+// Looks straight at the panel from (0, 0, 100): 2 px per panel pixel, 80 x 60 of them.
+PrototypeCamera Straight(double z_mm = 100) {
+  PrototypeCamera camera;
+  camera.camera = {CameraModel::kPinhole, 80, 60, 400, 400, 40, 30, {}};
+  camera.camera_from_display.rotation = Eigen::Quaterniond(0, 1, 0, 0);
+  camera.camera_from_display.translation = {0, 0, z_mm};
+  return camera;
+}
+
+Image<Rgb> Photo(const Prototype& prototype, const PrototypeCamera& camera, int samples = 16) {
+  return PhotographPrototype(prototype, camera, samples, SilentProgress());
+}
+
+// The camera's pixel that sees panel pixel (u, v): its first of 2 x 2.
+Rgb At(const Image<Rgb>& photo, int u, int v) { return photo(2 * u, 2 * v); }
+
+TEST(Prototype, ShowsAPanelUpright) {
+  const Light light = [](int u, int v) {
+    return Rgb{u == 3 ? 1.0F : 0, v == 2 ? 1.0F : 0, u == 39 && v == 29 ? 1.0F : 0};
+  };
+  const Image<Rgb> photo = Photo(Bare(light), Straight());
+  for (int v = 0; v < 30; ++v) {
+    for (int u = 0; u < 40; ++u) EXPECT_EQ(At(photo, u, v), light(u, v)) << u << " " << v;
+  }
+}
+
+TEST(Prototype, FlipsAMirroredPanel) {
+  const Light light = [](int u, int v) {
+    return Rgb{static_cast<float>(u) / 40, static_cast<float>(v) / 30, 0};
+  };
+  Prototype prototype = Bare(light);
+  prototype.calibration.layers[0].emitter.mirror_x = true;
+  const Image<Rgb> photo = Photo(prototype, Straight());
+  for (int u = 0; u < 40; ++u) EXPECT_EQ(At(photo, u, 7), light(39 - u, 7));
+}
+
+TEST(Prototype, AveragesTimeSlotsAndSumsLayersByTheirGain) {
+  Prototype prototype = Bare(White);
+  LayerCalibration layer = prototype.calibration.layers[0];
+  layer.modulator = layer.emitter;
+  layer.gain = 0.25;
+  layer.display_from_stack.translation.z() = -20;
+  prototype.calibration.layers.insert(prototype.calibration.layers.begin(), layer);
+  const auto level = [&](float value) {
+    return Emitting(layer.emitter, [value](int, int) { return Rgb{value, 0, 0}; });
+  };
+  const auto open = [&](float value) {
+    return Passing(layer.emitter, [value](int, int) { return value; });
+  };
+  prototype.shown.insert(prototype.shown.begin(),
+                         {{level(1), level(0.5F), level(0.25F)}, {open(1), open(0.5F), open(0)}});
+  prototype.calibration.layers[1].gain = 0.5;
+  const Rgb seen = LightAlong(prototype, {0.1, 0.1, 50}, {0, 0, -1});
+  EXPECT_NEAR(seen.r, 0.5 + 0.25 * (1 + 0.25 + 0) / 3, 1e-6);
+  EXPECT_NEAR(seen.g, 0.5, 1e-6);
+}
+
+// A closed barrier leaks its black level: seen = L ((a/P)^2 + c (1 - (a/P)^2)) of white emitters.
+TEST(Prototype, LeaksThroughAClosedModulator) {
+  Prototype prototype = Bare(White);
+  LayerCalibration& layer = prototype.calibration.layers[0];
+  layer.modulator = layer.emitter;
+  layer.modulator->photometry.black = 1e-3;
+  Image<Rgb8> codes(40, 30);
+  codes(20, 15) = {255, 255, 255};
+  prototype.shown[0].modulator = {
+      std::make_shared<Image<float>>(TransmittanceOfModulator(*layer.modulator, codes.span()))};
+  const Image<Rgb> photo = Photo(prototype, Straight());
+  EXPECT_NEAR(At(photo, 20, 15).g, 1, 1e-6);
+  EXPECT_NEAR(At(photo, 3, 5).g, 1e-3, 1e-8);
+}
+
+TEST(LightOfEmitter, AppliesCurveBlackAndPrimaries) {
+  PanelCalibration panel;
+  panel.width_px = 3;
+  panel.height_px = 1;
+  panel.pitch_mm = 1;
+  panel.photometry.curve = {ToneCurve::Kind::kGamma, 2.0, {}};
+  panel.photometry.black = 0.01;
+  panel.photometry.primaries << 0.8, 0.2, 0, 0.1, 0.9, 0, 0, 0, 0.7;
+  Image<Rgb8> codes(3, 1);
+  codes(1, 0) = {51, 0, 255};
+  codes(2, 0) = {255, 255, 255};
+  const Image<Rgb> light = LightOfEmitter(panel, codes.span());
+  const auto level = [](double code) { return 0.01 + 0.99 * code * code; };
+  EXPECT_NEAR(light(0, 0).r, 0.01, 1e-7);
+  EXPECT_NEAR(light(1, 0).r, 0.8 * level(0.2) + 0.2 * level(0), 1e-6);
+  EXPECT_NEAR(light(1, 0).g, 0.1 * level(0.2) + 0.9 * level(0), 1e-6);
+  EXPECT_NEAR(light(1, 0).b, 0.7, 1e-6);
+  EXPECT_NEAR(light(2, 0).r, 1, 1e-6);
+  EXPECT_THROW(LightOfEmitter(panel, Image<Rgb8>(2, 1).span()), Error);
+}
+
+TEST(LightOfEmitter, HandsLightToNeighboursByTheKernel) {
+  PanelCalibration panel;
+  panel.width_px = 20;
+  panel.height_px = 10;
+  panel.pitch_mm = 1;
+  panel.photometry.crosstalk = {3, {0.01, 0.02, 0.03, 0.04, 0.75, 0.05, 0.03, 0.04, 0.03}};
+  Image<Rgb8> codes(20, 10);
+  codes(7, 4) = {255, 255, 255};
+  const Image<Rgb> light = LightOfEmitter(panel, codes.span());
+  float sum = 0;
+  for (std::size_t i = 0; i < light.size(); ++i) sum += light.data()[i].r;
+  EXPECT_NEAR(sum, 1, 1e-6);
+  EXPECT_NEAR(light(7, 4).r, 0.75, 1e-6);
+  EXPECT_NEAR(light(8, 4).r, 0.05, 1e-6);  // to the right
+  EXPECT_NEAR(light(7, 3).r, 0.02, 1e-6);  // upwards
+  EXPECT_NEAR(light(6, 5).r, 0.03, 1e-6);
+}
+
+TEST(Prototype, FallsOffWithTheAngle) {
+  Prototype prototype = Bare(White);
+  prototype.calibration.layers[0].emitter.photometry.falloff = 1.5;
+  for (const double slope : {0.0, 0.3, 2.0}) {
+    const Rgb seen = LightAlong(prototype, {slope * 50, 0.1, 50}, {-slope, 0, -1});
+    EXPECT_NEAR(seen.g, std::pow(1 / std::hypot(1, slope), 1.5), 1e-6);
+  }
+}
+
+TEST(Prototype, MixesStripesOfAPixel) {
+  Prototype prototype = Bare([](int, int) { return Rgb{0.5F, 0.25F, 1}; });
+  prototype.calibration.layers[0].emitter.rgb_stripes = true;
+  const auto seen = [&](double u) {
+    return LightAlong(prototype, {(u - 20) * 0.5, 0.1, 50}, {0, 0, -1});
+  };
+  EXPECT_EQ(seen(7.1), (Rgb{1.5F, 0, 0}));
+  EXPECT_EQ(seen(7.5), (Rgb{0, 0.75F, 0}));
+  EXPECT_EQ(seen(7.9), (Rgb{0, 0, 3}));
+  // The mean over a pixel is its colour: 2 camera pixels.
+  const Image<Rgb> photo = Photo(prototype, Straight(), 1024);
+  EXPECT_NEAR((photo(14, 9).r + photo(15, 9).r) / 2, 0.5F, 2e-3F);
+}
+
+// The modulator's pixel in front and the emitter behind a spacer, both through the camera.
+TEST(Prototype, ShiftsTheEmitterBehindASpacer) {
+  Prototype prototype = Bare([](int u, int) { return Rgb{static_cast<float>(u), 0, 0}; });
+  LayerCalibration& layer = prototype.calibration.layers[0];
+  layer.modulator = layer.emitter;
+  prototype.shown[0].modulator = {Passing(layer.emitter, [](int, int) { return 1.0F; })};
+  layer.gap_mm = 4;
+  layer.index = 1.5;
+  const double slope = 0.5, sine = slope / std::hypot(1, slope) / 1.5;
+  const double x_e = 1.3 - 4 * sine / std::sqrt(1 - sine * sine);
+  const Rgb seen = LightAlong(prototype, {1.3 + slope * 80, 0.1, 80}, {-slope, 0, -1});
+  EXPECT_EQ(seen.r, std::floor(x_e / 0.5 + 20));
+}
+
+TEST(Prototype, DarkensTheCornersBySquareOfTheRadius) {
+  PrototypeCamera camera = Straight();
+  camera.vignetting = 0.4;
+  const Image<Rgb> photo = Photo(Bare(White), camera);
+  for (const int x : {1, 39, 70}) {
+    for (const int y : {2, 30, 58}) {
+      const double r2 = (std::pow(x + 0.5 - 40, 2) + std::pow(y + 0.5 - 30, 2)) / 2500;
+      EXPECT_NEAR(photo(x, y).g, 1 - 0.4 * r2, 1e-6);
+    }
+  }
+}
+
+// A lens out of focus spreads a point over a disc of diameter c = A f |1/z_f - 1/z| px, and an edge
+// over the disc's integral: nothing beyond c/2, variance of its derivative c^2/16 (and 1/12 of the
+// pixel).
+TEST(Prototype, BlursAnEdgeByTheDiscOfConfusion) {
+  PrototypeCamera camera = Straight();
+  camera.aperture_mm = 6;
+  camera.focus_mm = 150;
+  const double c = 6 * 400 * std::abs(1 / 150.0 - 1 / 100.0);
+  const Image<Rgb> photo = Photo(Bare([](int u, int) {
+                                   return u >= 20 ? Rgb{1, 1, 1} : Rgb();
+                                 }),
+                                 camera, 1024);
+  double mean = 0, variance = 0;
+  for (int x = 25; x < 55; ++x) {
+    const double step =
+        static_cast<double>(photo(x, 30).g) - static_cast<double>(photo(x - 1, 30).g);
+    mean += step * x;  // the step between pixel centres x - 1/2 and x + 1/2 is at x
+    variance += step * (x - 40) * (x - 40);
+    if (x + 1 < 40 - c / 2) {
+      EXPECT_EQ(photo(x, 30).g, 0);
+    }
+  }
+  EXPECT_NEAR(mean, 40, 0.05);
+  EXPECT_NEAR(variance, c * c / 16 + 2.0 / 12, 0.02 * c * c / 16);
+  camera.focus_mm = 100;
+  const Image<Rgb> sharp = Photo(Bare([](int u, int) {
+                                   return u >= 20 ? Rgb{1, 1, 1} : Rgb();
+                                 }),
+                                 camera, 64);
+  EXPECT_NEAR(sharp(39, 30).g, 0, 1e-6);
+  EXPECT_NEAR(sharp(40, 30).g, 1, 1e-6);
+}
+
+// One lit panel pixel, its centroid where the camera's model projects it.
+TEST(Prototype, BendsLinesAsTheLensDoes) {
+  PrototypeCamera camera = Straight();
+  camera.camera.model = CameraModel::kBrown;
+  camera.camera.distortion = {-0.8, 2, 0.01, -0.02, 0, 0, 0, 0};
+  for (const int u : {5, 20, 34}) {
+    const Image<Rgb> photo = Photo(Bare([u](int i, int j) {
+                                     return i == u && j == 4 ? Rgb{1, 1, 1} : Rgb();
+                                   }),
+                                   camera, 256);
+    Vector2d sum(0, 0);
+    double total = 0;
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < 80; ++x) {
+        const double g = static_cast<double>(photo(x, y).g);
+        sum += g * Vector2d(x + 0.5, y + 0.5);
+        total += g;
+      }
+    }
+    // The mean of the pixel's area, since the model is not linear over it.
+    Vector2d expected(0, 0);
+    double weight = 0;
+    for (int i = 0; i < 8; ++i) {
+      for (int j = 0; j < 8; ++j) {
+        const Vector3d point((u + (i + 0.5) / 8 - 20) * 0.5, (15 - 4 - (j + 0.5) / 8) * 0.5, 0);
+        PixelJacobian jacobian;
+        const auto pixel = Project(camera.camera, camera.camera_from_display * point, &jacobian);
+        const double area = jacobian.point.leftCols<2>().determinant();
+        expected += area * *pixel;
+        weight += area;
+      }
+    }
+    EXPECT_LT((sum / total - expected / weight).norm(), 0.01) << u;
+  }
+}
+
+// Planes of a relay: a point of plane k at its own distance, magnified by its own M.
+TEST(Prototype, PutsVarifocalPlanesAtTheirDistanceAndSize) {
+  Display display;
+  display.name = "planes";
+  display.width_px = 40;
+  display.height_px = 30;
+  display.pitch_mm = 0.5;
+  display.viewing_distance_mm = 400;
+  Layer layer;
+  layer.d0_mm = 2;
+  layer.optics = LensletArray{LensletArray::Lattice::kSquare, 5, 3, 0, 0, true, 0};
+  for (const double z : {-30.0, 0.0, 60.0}) {
+    layer.position_mm = z;
+    layer.magnification = 1.1 + z / 300;
+    display.layers.push_back(layer);
+  }
+  Prototype prototype;
+  prototype.calibration = DesignCalibration(display);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const PanelCalibration& panel = prototype.calibration.layers[k].emitter;
+    prototype.shown.push_back({{Emitting(panel, [](int, int) { return Rgb(); })}, {}});
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Layer& plane = display.layers[k];
+    const double M = plane.magnification;
+    // Along the axis of the lens with its centre at column 27.5, row 12.5, in the plane k.
+    const Vector3d lens(M * 3.75, M * 1.25, plane.position_mm), eye(20, -10, 400);
+    const Vector3d sight = lens - eye;
+    const Vector2d slope(sight.x() / sight.z(), sight.y() / sight.z());
+    // The emitter: unmagnified gap d0 and slope M s.
+    const int u = static_cast<int>(std::floor((3.75 - 2 * M * slope.x()) / 0.5 + 20));
+    const int v = static_cast<int>(std::floor(15 - (1.25 - 2 * M * slope.y()) / 0.5));
+    Prototype lit = prototype;
+    lit.shown[k].emitter = {Emitting(prototype.calibration.layers[k].emitter, [&](int i, int j) {
+      return i == u && j == v ? Rgb{1, 1, 1} : Rgb();
+    })};
+    EXPECT_NEAR(LightAlong(lit, eye, sight).g, 1.0 / 3, 1e-6) << k;
+  }
+}
+
+TEST(Prototype, DoesNotDependOnTheNumberOfThreads) {
+  const Prototype prototype = Bare([](int u, int v) {
+    return Rgb{static_cast<float>(u * v % 7), static_cast<float>(u % 3), static_cast<float>(v % 5)};
+  });
+  PrototypeCamera camera = Straight(101.3);
+  camera.aperture_mm = 3;
+  camera.focus_mm = 120;
+  std::vector<Image<Rgb>> photos;
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    photos.push_back(Photo(prototype, camera));
+  }
+  for (std::size_t i = 0; i < photos[0].size(); ++i) {
+    EXPECT_EQ(photos[0].data()[i], photos[1].data()[i]);
+  }
+}
+
+TEST(Prototype, StandsExtremes) {
+  // Grazing: 89.9 degrees to the normal, everything on, nothing but finite light.
+  Prototype prototype = Bare(White);
+  LayerCalibration& layer = prototype.calibration.layers[0];
+  layer.modulator = layer.emitter;
+  prototype.shown[0].modulator = {Passing(layer.emitter, [](int, int) { return 1.0F; })};
+  layer.index = 1.49;
+  layer.emitter.bow_mm = 0.5;
+  layer.emitter.photometry.falloff = 2;
+  layer.plate = Plate{3, 1.5, {0, 0, 1}};
+  for (const double gap : {0.0, 5.0}) {
+    layer.gap_mm = gap;
+    const double angle = 89.9 * std::numbers::pi / 180;
+    const Vector3d away(std::sin(angle), 0, std::cos(angle));
+    PrototypeCamera camera = Straight();
+    camera.camera_from_display.rotation =
+        Eigen::Quaterniond::FromTwoVectors(-away, Vector3d::UnitZ());
+    camera.camera_from_display.translation = -(camera.camera_from_display.rotation * (1000 * away));
+    camera.camera.fx = camera.camera.fy = 4000;
+    const Image<Rgb> photo = Photo(prototype, camera);
+    float largest = 0;
+    for (std::size_t i = 0; i < photo.size(); ++i) {
+      ASSERT_TRUE(std::isfinite(photo.data()[i].g));
+      largest = std::max(largest, photo.data()[i].g);
+    }
+    EXPECT_GE(largest, 0);
+  }
+  // A panel of one pixel, seen through a gap of nothing.
+  Prototype one = Bare(White);
+  one.calibration.layers[0].emitter.width_px = one.calibration.layers[0].emitter.height_px = 1;
+  one.shown[0].emitter = {Emitting(one.calibration.layers[0].emitter, White)};
+  const Image<Rgb> photo = Photo(one, Straight());
+  EXPECT_EQ(photo(40, 30).g, 1);
+  EXPECT_EQ(photo(42, 30).g, 0);
+}
+
+TEST(Prototype, RefusesWithOneLine) {
+  const auto refusal = [](const Prototype& prototype, const PrototypeCamera& camera) {
+    try {
+      Photo(prototype, camera);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(refusal(Bare(White), Straight()), "accepted");
+  EXPECT_THAT(refusal(Bare(White), Straight(-100)), HasSubstr("is not in front of layer 0"));
+  EXPECT_THAT(refusal(Bare(White), Straight(0)), HasSubstr("is not in front of layer 0"));
+  PrototypeCamera camera = Straight();
+  camera.aperture_mm = 1;
+  EXPECT_THAT(refusal(Bare(White), camera), HasSubstr("no focus distance"));
+  Prototype prototype = Bare(White);
+  prototype.shown[0].emitter.clear();
+  EXPECT_THAT(refusal(prototype, Straight()), HasSubstr("0 emitter"));
+  prototype = Bare(White);
+  prototype.calibration.layers[0].emitter.width_px = 41;
+  EXPECT_THAT(refusal(prototype, Straight()), HasSubstr("not its panel's size"));
+  prototype.shown.clear();
+  EXPECT_THAT(refusal(prototype, Straight()), HasSubstr("0 layers are shown"));
+}
+
+}  // namespace
+}  // namespace lamella

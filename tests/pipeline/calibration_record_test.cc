@@ -1,0 +1,109 @@
+#include "pipeline/calibration_record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "distribute/displays.h"
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "tests/scratch.h"
+
+namespace lamella {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Every field away from its default, and numbers without short decimals.
+Calibration Everything() {
+  Calibration calibration = DesignCalibration(FindDisplay("paper-two-layer"));
+  LayerCalibration& layer = calibration.layers[0];
+  layer.display_from_stack.rotation = Eigen::Quaterniond(0.9, 0.1, 0.2, -0.3).normalized();
+  layer.display_from_stack.translation = {1.0 / 3, -2.0 / 7, 1e-17};
+  layer.offset_mm = {0.1, -1.0 / 3};
+  layer.rotation_rad = {0.001, 1.0 / 300, -0.02};
+  layer.gap_mm = 7.45;
+  layer.index = 1.49;
+  layer.gain = 0.1 + 0.2;
+  layer.plate = Plate{3, 1.52, Eigen::Vector3d(1, 2, 3).normalized()};
+  PanelCalibration& panel = layer.emitter;
+  panel.scale = 1.0 / 3000;
+  panel.aspect = -1e-5;
+  panel.skew = 2e-5;
+  panel.bow_mm = 0.3;
+  panel.pincushion = 0.01;
+  panel.mirror_x = true;
+  panel.rgb_stripes = true;
+  panel.photometry.curve = {ToneCurve::Kind::kTable, 2.2, {0, 1.0 / 3, 1}};
+  panel.photometry.black = 1e-4;
+  panel.photometry.primaries << 0.9, 0.1, 0, 0.05, 0.9, 0.1, 0, 0.03, 1.0 / 3;
+  panel.photometry.falloff = 0.7;
+  panel.photometry.crosstalk = GaussianSpread(0.6);
+  layer.modulator->photometry.curve = {ToneCurve::Kind::kGamma, 1.8, {}};
+  LayerCalibration& lenses = calibration.layers[1];
+  lenses.modulator.reset();
+  lenses.lattice = LensLattice{LensLattice::Type::kHexagonal, 2.33, 0.5236, {0.1, 0.9}, 3};
+  return calibration;
+}
+
+TEST(CalibrationRecord, ReadsBackEveryBit) {
+  const auto file = ScratchFolder() / "calibration.json";
+  const Calibration calibration = Everything();
+  SaveCalibration(file, calibration);
+  const Calibration again = LoadCalibration(file);
+  EXPECT_EQ(CalibrationText(again), CalibrationText(calibration));
+  const LayerCalibration &a = again.layers[0], &b = calibration.layers[0];
+  EXPECT_EQ(a.display_from_stack.rotation.coeffs(), b.display_from_stack.rotation.coeffs());
+  EXPECT_EQ(a.display_from_stack.translation, b.display_from_stack.translation);
+  EXPECT_EQ(a.rotation_rad, b.rotation_rad);
+  EXPECT_EQ(a.offset_mm, b.offset_mm);
+  EXPECT_EQ(a.gain, b.gain);
+  EXPECT_EQ(a.emitter.photometry.primaries, b.emitter.photometry.primaries);
+  EXPECT_EQ(a.emitter.photometry.curve, b.emitter.photometry.curve);
+  EXPECT_EQ(a.emitter.photometry.crosstalk, b.emitter.photometry.crosstalk);
+  EXPECT_EQ(a.modulator->photometry.curve, b.modulator->photometry.curve);
+  EXPECT_EQ(a.emitter.bow_mm, b.emitter.bow_mm);
+  EXPECT_TRUE(a.emitter.mirror_x && a.emitter.rgb_stripes);
+  EXPECT_EQ(a.plate->normal, b.plate->normal);
+  EXPECT_FALSE(again.layers[1].modulator);
+  EXPECT_EQ(again.layers[1].lattice->type, LensLattice::Type::kHexagonal);
+  EXPECT_EQ(again.layers[1].lattice->phase, Eigen::Vector2d(0.1, 0.9));
+}
+
+TEST(CalibrationRecord, TakesWhatIsLeftOutAsDesigned) {
+  const auto file = ScratchFolder() / "calibration.json";
+  WriteTextAtomically(file, R"({"format_version": 1, "display": "one", "layers": [
+    {"display_from_stack": {}, "emitter": {"width_px": 8, "height_px": 6, "pitch_mm": 0.3}}]})");
+  const Calibration calibration = LoadCalibration(file);
+  ASSERT_EQ(calibration.layers.size(), 1U);
+  EXPECT_FALSE(calibration.layers[0].modulator);
+  EXPECT_EQ(calibration.layers[0].index, 1);
+  EXPECT_EQ(calibration.layers[0].gain, 1);
+  EXPECT_EQ(calibration.layers[0].emitter.photometry.curve, ToneCurve());
+}
+
+TEST(CalibrationRecord, RefusesWithOneLine) {
+  const auto file = ScratchFolder() / "calibration.json";
+  const auto refusal = [&](const std::string& from, const std::string& to) {
+    std::string text = CalibrationText(Everything());
+    const std::size_t at = text.find(from);
+    if (at == std::string::npos) return "no " + from;
+    WriteTextAtomically(file, text.replace(at, from.size(), to));
+    try {
+      LoadCalibration(file);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::kInput);
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(refusal("\"format_version\": 1", "\"format_version\": 2"), HasSubstr("newer"));
+  EXPECT_THAT(refusal("\"bow_mm\"", "\"bowmm\""), HasSubstr("did you mean \"bow_mm\""));
+  EXPECT_THAT(refusal("\"gap_mm\": 7.45", "\"gap_mm\": -7"), HasSubstr("layer 0: gap_mm = -7"));
+  EXPECT_THAT(refusal("\"gap_mm\": 7.45", "\"gap_mm\": \"x\""), HasSubstr("layers[0]: \"gap_mm\""));
+  EXPECT_THAT(refusal("\"mirror_x\": true", "\"mirror_x\": 1"), HasSubstr("true or false"));
+  EXPECT_THAT(refusal("\"hexagonal\"", "\"hex\""), HasSubstr("line, square or hexagonal"));
+  EXPECT_THAT(refusal("{", "["), HasSubstr("is no JSON"));
+}
+
+}  // namespace
+}  // namespace lamella

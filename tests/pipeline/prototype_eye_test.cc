@@ -1,0 +1,151 @@
+// A simulated eye and a virtual photograph are two ways to one picture: the ray map integrated per
+// axis, and lines of sight traced from a calibration's poses through the frames' final codes.
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "datasets_synthetic/prototype.h"
+#include "distribute/encode_barrier.h"
+#include "distribute/simulate_eye.h"
+#include "lightfield/calibration.h"
+
+namespace lamella {
+namespace {
+
+// paper-two-layer with an eighth of its panel's width: the back layer seen in a mirror.
+Display SmallPrototype() {
+  Display display;
+  display.name = "small";
+  display.width_px = 240;
+  display.height_px = 162;
+  display.pitch_mm = 0.3113158871666749;
+  display.viewing_distance_mm = 600;
+  display.layers.resize(2);
+  display.layers[0].position_mm = -10;
+  display.layers[0].mirror_x = true;
+  display.layers[1].position_mm = 10;
+  return display;
+}
+
+// Smooth light over the emitters, another one in every slot, layer and colour.
+Rgb LightOf(std::size_t layer, int slot, int x, int y) {
+  const auto wave = [&](int channel) {
+    const double seed = static_cast<double>(layer) * 31 + slot * 7 + channel * 3;
+    const double a = 0.05 + 0.4 * std::fmod(seed * 0.618034, 1), b = 0.45 - a;
+    return static_cast<float>(0.5 + 0.25 * std::sin(a * x + b * y + seed) +
+                              0.25 * std::cos(b * x - a * y + 2 * seed));
+  };
+  return {wave(0), wave(1), wave(2)};
+}
+
+LayerImages Emitters(const Display& display) {
+  LayerImages layers;
+  for (std::size_t l = 0; l < display.layers.size(); ++l) {
+    layers.slots.emplace_back();
+    for (int slot = 0; slot < 9; ++slot) {
+      EmitterImage image{Image<Rgb>(display.width_px, display.height_px),
+                         Image<float>(display.width_px, display.height_px, 1.0F)};
+      for (int y = 0; y < display.height_px; ++y) {
+        for (int x = 0; x < display.width_px; ++x) image.color(x, y) = LightOf(l, slot, x, y);
+      }
+      layers.slots.back().push_back(std::move(image));
+    }
+  }
+  return layers;
+}
+
+Prototype Showing(const Display& display, const LayerImages& layers) {
+  Prototype prototype{DesignCalibration(display), {}};
+  for (std::size_t l = 0; l < layers.slots.size(); ++l) {
+    const LayerCalibration& layer = prototype.calibration.layers[l];
+    ShownLayer shown;
+    for (int slot = 0; slot < 9; ++slot) {
+      const Image<Rgb8> emitter = EmitterFrame(layers.slots[l][static_cast<std::size_t>(slot)],
+                                               display, static_cast<int>(l), PanelResponse::Srgb());
+      const Image<std::uint8_t> grey = ModulatorFrame(display, static_cast<int>(l), slot);
+      Image<Rgb8> modulator(grey.width(), grey.height());
+      for (std::size_t i = 0; i < grey.size(); ++i) {
+        modulator.data()[i] = {grey.data()[i], grey.data()[i], grey.data()[i]};
+      }
+      shown.emitter.push_back(
+          std::make_shared<Image<Rgb>>(LightOfEmitter(layer.emitter, emitter.span())));
+      shown.modulator.push_back(std::make_shared<Image<float>>(
+          TransmittanceOfModulator(*layer.modulator, modulator.span())));
+    }
+    prototype.shown.push_back(std::move(shown));
+  }
+  return prototype;
+}
+
+// The view camera whose picture is the eye's raster on z = 0.
+PrototypeCamera CameraOf(const Eye& eye) {
+  PrototypeCamera camera;
+  const Eigen::Vector3d& e = eye.position;
+  camera.camera = {CameraModel::kPinhole,
+                   eye.width,
+                   eye.height,
+                   e.z() / eye.pixel_mm,
+                   e.z() / eye.pixel_mm,
+                   (e.x() - eye.left_mm) / eye.pixel_mm,
+                   (eye.top_mm - e.y()) / eye.pixel_mm,
+                   {}};
+  camera.camera_from_display.rotation =
+      Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
+  camera.camera_from_display.translation = -(camera.camera_from_display.rotation * e);
+  return camera;
+}
+
+// Of linear light, peak 1; the photograph times `gain`.
+double PsnrDb(const Image<Rgb>& eye, const Image<Rgb>& photograph, double gain) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < eye.size(); ++i) {
+    const Rgb &a = eye.data()[i], &b = photograph.data()[i];
+    for (const auto& [p, q] : {std::pair(a.r, b.r), std::pair(a.g, b.g), std::pair(a.b, b.b)}) {
+      sum += std::pow(static_cast<double>(p) - gain * static_cast<double>(q), 2);
+      ++count;
+    }
+  }
+  return 10 * std::log10(count / sum);
+}
+
+TEST(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
+  const Display display = SmallPrototype();
+  const LayerImages layers = Emitters(display);
+  const Prototype prototype = Showing(display, layers);
+  for (const double x : {0.0, 24.5}) {
+    Eye eye;
+    eye.position = {x, -x / 2, 600};
+    eye.pixel_mm = 2 * display.pitch_mm;
+    eye.width = 110;
+    eye.height = 71;
+    eye.left_mm = -eye.width * eye.pixel_mm / 2 + 0.1;
+    eye.top_mm = eye.height * eye.pixel_mm / 2 - 0.05;
+    const Image<Rgb> photograph =
+        PhotographPrototype(prototype, CameraOf(eye), 256, SilentProgress());
+    // An eye's picture is divided by the brightness (a/P)^2/n, a photograph is not.
+    const double brightness = Brightness(display, display.layers[0]);
+    EXPECT_NEAR(brightness, 1.0 / 18, 1e-12);
+    const auto agreement = [&](const Eye& other, int lines) {
+      return PsnrDb(SimulateEye(layers, display, other, lines).color, photograph, 1 / brightness);
+    };
+    const double fine = agreement(eye, 64);
+    RecordProperty("psnr_linear_db_at_" + std::to_string(static_cast<int>(x)),
+                   std::to_string(fine));
+    EXPECT_GT(fine, 46) << x;
+    // What parts them is the eye's regular grid of lines of sight, whose steps do not fit the
+    // panel's pixels: 6 dB for every doubling. (Neighbouring slots of these emitters have nothing
+    // in common, which is as hard as it can be.)
+    EXPECT_NEAR(agreement(eye, 32) - agreement(eye, 16), 6, 1.5);
+    EXPECT_NEAR(agreement(eye, 16) - agreement(eye, 8), 6, 1.5);
+    // And the figure can see a difference: a pixel aside they are two pictures.
+    Eye beside = eye;
+    beside.left_mm += eye.pixel_mm;
+    EXPECT_LT(agreement(beside, 64), 25);
+  }
+}
+
+}  // namespace
+}  // namespace lamella

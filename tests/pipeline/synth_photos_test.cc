@@ -1,0 +1,166 @@
+#include "pipeline/synth_photos.h"
+
+#include <functional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
+#include "pipeline/calibration_record.h"
+#include "pipeline/capture/transforms_json.h"
+#include "tests/scratch.h"
+
+namespace lamella {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr const char* kDisplay = R"(
+name = "tiny"
+viewing_distance_mm = 300
+[panel]
+width_px = 36
+height_px = 24
+pitch_mm = 0.5
+[[layer]]
+position_mm = 0
+d0_mm = 4
+[layer.barrier]
+period_px = 6
+aperture_px = 2
+slots = 3
+)";
+
+constexpr const char* kShots = R"({"format_version": 1, "shots": [
+  {"name": "white", "layers": [{"emitter": ["white"]}]},
+  {"name": "mark", "layers": [{"emitter": ["mark.png", "black"], "modulator": ["white"]}]}]})";
+
+// The display, its shots and a mark in the top left of the panel, in a folder.
+fs::path Folder() {
+  fs::path folder = ScratchFolder();
+  WriteTextAtomically(folder / "tiny.toml", kDisplay);
+  WriteTextAtomically(folder / "shots.json", kShots);
+  Image<Rgb8> mark(36, 24);
+  for (int v = 2; v < 6; ++v) {
+    for (int u = 3; u < 9; ++u) mark(u, v) = {255, 0, 0};
+  }
+  WriteCodes8(folder / "mark.png", mark.span());
+  return folder;
+}
+
+SynthPhotosOptions OptionsOf(const fs::path& folder) {
+  SynthPhotosOptions options;
+  options.display = (folder / "tiny.toml").string();
+  options.shots = (folder / "shots.json").string();
+  options.eyes = "0,0,300";
+  options.samples = 16;
+  return options;
+}
+
+TEST(SynthPhotos, WritesPhotographsWithTheirTruth) {
+  const fs::path folder = Folder(), out = folder / "out";
+  EXPECT_EQ(SynthPhotos(OptionsOf(folder), out, SilentProgress()), 2);
+  const Image<Rgb> white = ReadImage(out / "images/eye_001_white.png");
+  EXPECT_EQ(white.width(), 36);
+  EXPECT_EQ(white(20, 10).g, 1);
+  // Upright: the mark is at the top left, red, and half as bright for its slot's half of the time.
+  const Image<Rgb> mark = ReadImage(out / "images/eye_001_mark.png");
+  EXPECT_NEAR(mark(6, 4).r, 0.5, 0.01);
+  EXPECT_EQ(mark(6, 4).g, 0);
+  EXPECT_EQ(mark(29, 4).r, 0);
+  EXPECT_EQ(mark(6, 19).r, 0);
+  const TransformsJson transforms = ReadTransformsJson(out / "transforms.json");
+  ASSERT_EQ(transforms.views.size(), 2U);
+  EXPECT_LT((Centre(transforms.views[1].camera_from_world) - Eigen::Vector3d(0, 0, 300)).norm(),
+            1e-9);
+  const Calibration truth = LoadCalibration(out / "calibration.json");
+  EXPECT_EQ(truth.display, "tiny");
+  EXPECT_EQ(truth.layers[0].gap_mm, 4);
+  EXPECT_THAT(ReadText(out / "photos.json"), HasSubstr("\"shot\": \"mark\""));
+}
+
+TEST(SynthPhotos, MovesWithTheMisalignment) {
+  const fs::path folder = Folder();
+  SynthPhotosOptions options = OptionsOf(folder);
+  SynthPhotos(options, folder / "design", SilentProgress());
+  Calibration truth = LoadCalibration(folder / "design/calibration.json");
+  truth.layers[0].offset_mm = {2.0, 0};  // 4 px of the emitter
+  SaveCalibration(folder / "true.json", truth);
+  options.misalignment = (folder / "true.json").string();
+  SynthPhotos(options, folder / "moved", SilentProgress());
+  const Image<Rgb> before = ReadImage(folder / "design/images/eye_001_mark.png");
+  const Image<Rgb> after = ReadImage(folder / "moved/images/eye_001_mark.png");
+  EXPECT_GT(before(4, 4).r, 0.4F);
+  EXPECT_EQ(after(4, 4).r, 0);
+  EXPECT_GT(after(10, 4).r, 0.4F);
+}
+
+TEST(SynthPhotos, RepeatsItsBytesForAnyNumberOfThreads) {
+  const fs::path folder = Folder();
+  SynthPhotosOptions options = OptionsOf(folder);
+  options.eyes = "";
+  options.views = 2;
+  options.width_px = 64;
+  options.distance_mm = 400;
+  options.full_well_e = 5000;
+  options.read_noise_e = 3;
+  options.bits = 12;
+  options.aperture_mm = 8;
+  options.focus_mm = 380;
+  std::vector<std::string> bytes;
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    const fs::path out = folder / std::to_string(threads);
+    EXPECT_EQ(SynthPhotos(options, out, SilentProgress()), 4);
+    bytes.push_back(ReadText(out / "images/view_001_white.png") +
+                    ReadText(out / "images/view_002_mark.png") + ReadText(out / "photos.json"));
+  }
+  EXPECT_EQ(bytes[0], bytes[1]);
+  EXPECT_EQ(ReadImageInfo(folder / "1/images/view_001_white.png").bits, 16);
+}
+
+TEST(SynthPhotos, RefusesWithOneLine) {
+  const fs::path folder = Folder();
+  const auto refusal = [&](const std::function<void(SynthPhotosOptions&)>& change) {
+    SynthPhotosOptions options = OptionsOf(folder);
+    change(options);
+    try {
+      SynthPhotos(options, folder / "out", SilentProgress());
+    } catch (const Error& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(refusal([](auto& o) { o.eyes = ""; }), HasSubstr("no camera is given"));
+  EXPECT_THAT(refusal([](auto& o) { o.views = 3; }), HasSubstr("several ways"));
+  EXPECT_THAT(refusal([](auto& o) { o.eyes = "0,0"; }), HasSubstr("give X,Y,Z in mm"));
+  EXPECT_THAT(refusal([](auto& o) { o.eyes = "0,0,-300"; }), HasSubstr("not in front of z = 0"));
+  EXPECT_THAT(refusal([](auto& o) { o.raster = "1,2"; }), HasSubstr("LEFT,TOP"));
+  EXPECT_THAT(refusal([](auto& o) { o.shots = ""; }), HasSubstr("--frames and --shots"));
+  EXPECT_THAT(refusal([](auto& o) { o.display = ""; }), HasSubstr("give --display"));
+  EXPECT_THAT(refusal([](auto& o) { o.aperture_mm = 2; }), HasSubstr("has no --focus-mm"));
+  EXPECT_THAT(refusal([](auto& o) { o.misalignment = "nowhere.json"; }), HasSubstr("nowhere.json"));
+  const auto shots = [&](const std::string& text) {
+    WriteTextAtomically(folder / "bad.json", text);
+    return refusal([&](auto& o) { o.shots = (folder / "bad.json").string(); });
+  };
+  EXPECT_THAT(shots(R"({"format_version": 2, "shots": []})"), HasSubstr("newer"));
+  EXPECT_THAT(shots(R"({"format_version": 1, "shots": []})"), HasSubstr("one or more"));
+  EXPECT_THAT(shots(R"({"format_version": 1, "shots": [{"name": "a", "layers": []}]})"),
+              HasSubstr("is of 0 layers, the display has 1"));
+  EXPECT_THAT(
+      shots(R"({"format_version": 1, "shots": [{"name": "a", "layers": [{"emiter": []}]}]})"),
+      HasSubstr("did you mean \"emitter\""));
+  EXPECT_THAT(
+      shots(
+          R"({"format_version": 1, "shots": [{"name": "a", "layers": [{"emitter": ["no.png"]}]}]})"),
+      HasSubstr("no.png"));
+}
+
+}  // namespace
+}  // namespace lamella
