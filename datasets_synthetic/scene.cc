@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "datasets_synthetic/ray_packet.h"
+#include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
@@ -185,6 +186,19 @@ void SceneSource::QueryDepth(const RayBundle& bundle, const Rect& rectangle,
 
 void SceneSource::Query(const RayBundle& bundle, const Rect& rectangle,
                         ImageSpan<RaySample> samples) const {
+  constexpr int kBandRows = 16;  // whole packets
+  const int bands = (rectangle.height + kBandRows - 1) / kBandRows;
+  if (bands <= 1) return QueryBand(bundle, rectangle, samples);
+  ParallelForEach(0, bands, [&](std::int64_t band) {
+    const int first = static_cast<int>(band) * kBandRows;
+    const int rows = std::min(kBandRows, rectangle.height - first);
+    QueryBand(bundle, {rectangle.x, rectangle.y + first, rectangle.width, rows},
+              samples.Sub({0, first, rectangle.width, rows}));
+  });
+}
+
+void SceneSource::QueryBand(const RayBundle& bundle, const Rect& rectangle,
+                            ImageSpan<RaySample> samples) const {
   const bool from_point = bundle.centre.w() != 0;
   const Vector3d normal = bundle.Normal();
   const double cell_on_plane = bundle.footprint * std::max(bundle.dx.norm(), bundle.dy.norm());

@@ -49,6 +49,7 @@ class SceneSource : public RaySource {
   SceneSource(const SceneSource&) = delete;  // embree_ looks at the surfaces
   SceneSource& operator=(const SceneSource&) = delete;
 
+  // Parallel over bands of rows.
   void Query(const RayBundle& bundle, const Rect& rectangle,
              ImageSpan<RaySample> samples) const override;
 
@@ -64,6 +65,9 @@ class SceneSource : public RaySource {
   const EmbreeScene& embree() const { return embree_; }
 
  private:
+  void QueryBand(const RayBundle& bundle, const Rect& rectangle,
+                 ImageSpan<RaySample> samples) const;
+
   Scene scene_;
   EmbreeScene embree_;
 };

@@ -19,6 +19,7 @@
 #include "datasets_synthetic/cameras.h"
 #include "datasets_synthetic/embree_api-inl.h"
 #include "datasets_synthetic/scene.h"
+#include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
@@ -150,6 +151,7 @@ void ShadedMesh(benchmark::State& state) {
   Image<float> bare_t(kWidth, kHeight);
   Image<RaySample> samples(kWidth, kHeight);
   Loop bare{[&] { BareDepth(*scene.embree().MeshOf(0), bundle, bare_t.span()); }};
+  const ThreadLimit one(1);  // as the bare loop
   Loop shaded{[&] { scene.Query(bundle, {0, 0, kWidth, kHeight}, samples.span()); }};
   for (auto _ : state) {
     bare.Time();

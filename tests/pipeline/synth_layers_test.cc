@@ -1,0 +1,127 @@
+// Algorithm 2 against Algorithm 1: a scene's layers and those of a capture of it, of which nothing
+// but the distribution and the display is shared.
+#include "pipeline/synth_layers.h"
+
+#include <gtest/gtest.h>
+
+#include "distribute/displays.h"
+#include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
+#include "lightfield/parallel.h"
+#include "pipeline/compare_layers.h"
+#include "pipeline/layers_record.h"
+#include "pipeline/pipeline.h"
+#include "pipeline/synth_scene.h"
+#include "tests/scratch.h"
+
+namespace lamella {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Cards before a wall, seen by 9 x 9 cameras whose pixels are the panel's.
+constexpr const char* kRecipe = R"(
+[cameras]
+layout = "grid"
+views = 81
+spacing = 0.08
+width_px = 160
+height_px = 120
+target = [0, 0, -0.5]
+height = 0
+[lighting]
+ambient = 0.9
+lamp_strength = 0
+[photographs]
+format = "png"
+[[surface]]
+shape = "rectangle"
+centre = [0, 0, -2.2]
+u = [11, 0, 0]
+v = [0, 8, 0.4]
+texture = { pattern = "noise", scale = 0.9 }
+[[surface]]
+shape = "rectangle"
+centre = [-0.2, 0, 0.4]
+u = [0.9, 0, 0.1]
+v = [-0.05, 0.8, 0]
+texture = { pattern = "noise", scale = 0.5, octaves = 5, light = [0.9, 0.4, 0.2] }
+)";
+
+class SynthLayersTest : public testing::Test {
+ protected:
+  SynthLayersTest() : root_(ScratchFolder()) {
+    WriteTextAtomically(root_ / "cards.toml", kRecipe);
+    Display display = FindDisplay("paper-two-layer");
+    display.width_px = 162;
+    display.height_px = 120;
+    WriteTextAtomically(root_ / "small.toml", ToToml(display));
+  }
+  SynthLayersOptions Options() const {
+    SynthLayersOptions options;
+    options.scene = (root_ / "cards.toml").string();
+    options.layers.display = (root_ / "small.toml").string();
+    options.layers.placement.mm_per_view_px = 0.3113158871666749;
+    return options;
+  }
+  Workspace Capture() const {
+    SynthScene(ReadRecipe(root_ / "cards.toml"), root_ / "capture", SilentProgress());
+    PipelineOptions options;
+    options.capture.input = (root_ / "capture").string();
+    options.depth.source = "given";
+    options.layers = Options().layers;
+    Workspace workspace(root_ / "W");
+    EXPECT_EQ(RunPipeline(workspace, options, "capture", "layers", SilentProgress()),
+              ExitCode::kDone);
+    return workspace;
+  }
+  fs::path root_;
+};
+
+TEST_F(SynthLayersTest, AgreeWithThoseOfACaptureWithExactDepth) {
+  const Workspace capture = Capture(), scene(root_ / "T");
+  SynthLayersOptions options = Options();
+  options.like = capture.root().string();
+  SynthLayers(options, scene, SilentProgress());
+  const LayersComparison comparison = CompareLayers(capture, scene, 12, SilentProgress());
+  ASSERT_EQ(comparison.eyes.size(), 5U);
+  for (const EyeDifference& eye : comparison.eyes) EXPECT_GE(*eye.metrics.psnr_db, 38) << eye.x_mm;
+}
+
+TEST_F(SynthLayersTest, ArePlacedByWhatTheReferenceCameraSees) {
+  SynthLayers(Options(), Workspace(root_ / "T"), SilentProgress());
+  const LayersRecord record = LoadLayersRecord(Workspace(root_ / "T"));
+  EXPECT_EQ(record.placement.reference_view, "view_041");
+  EXPECT_NEAR(record.placement.near, 2.77, 0.05);  // the near card, 0.1 deep
+  EXPECT_NEAR(record.placement.far, 5.45, 0.15);   // the tilted wall
+  EXPECT_EQ(record.seen_share, 1);
+}
+
+TEST_F(SynthLayersTest, AreTheSameBytesForAnyNumberOfThreads) {
+  std::string bytes[2];
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    SynthLayersOptions options = Options();
+    options.layers.scatter = true;
+    SynthLayers(options, Workspace(root_ / "T"), SilentProgress());
+    bytes[threads - 1] = ReadText(root_ / "T" / "layers" / EmitterFile(1, 4));
+  }
+  EXPECT_EQ(bytes[0], bytes[1]);
+}
+
+TEST_F(SynthLayersTest, RefuseWhatDoesNotExist) {
+  SynthLayersOptions options = Options();
+  options.like = (root_ / "nowhere").string();
+  EXPECT_THROW(SynthLayers(options, Workspace(root_ / "T"), SilentProgress()), Error);
+  options = Options();
+  options.scene = "rom";
+  try {
+    SynthLayers(options, Workspace(root_ / "T"), SilentProgress());
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("room"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace lamella
