@@ -32,10 +32,13 @@ function(lamella_library name)
   target_link_libraries(lamella_${name} PRIVATE $<BUILD_INTERFACE:lamella_flags>)
 endfunction()
 
-# Debian's OpenImageIO names OpenCV's headers among its own, which are there only where OpenCV's
-# development package is; CMake refuses a folder that does not exist.
+# Takes folders that do not exist from those of an imported target, since CMake refuses them
+# (docs/decisions/0002).
 function(lamella_drop_missing_includes target)
   get_target_property(folders ${target} INTERFACE_INCLUDE_DIRECTORIES)
+  if(NOT folders)
+    return()
+  endif()
   set(present "")
   foreach(folder IN LISTS folders)
     if(NOT IS_ABSOLUTE "${folder}" OR EXISTS "${folder}")

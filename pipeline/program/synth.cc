@@ -1,4 +1,4 @@
-// lamella synth: truth by calculation.
+// lamella synth: generated captures with exact truth.
 #include "pipeline/program/synth.h"
 
 #include <CLI/CLI.hpp>
