@@ -63,33 +63,45 @@ bool RayMap::Open(const Axis& axis, int slot, int index) const {
   return (axis.open_slots[static_cast<std::size_t>(index)] >> slot & 1U) != 0;
 }
 
-std::optional<AxisBeam> RayMap::Beam(const Axis& axis, int slot, int index) const {
-  if (index < 0 || index >= axis.count) return std::nullopt;
+// The opening to whose fan an emitter belongs.
+std::optional<int> RayMap::OpeningOf(const Axis& axis, int slot, int index) const {
   const double from_middle = index + 0.5 - axis.count / 2.0;
   // A window's centre is (1 + d0/D) times its opening's, up to half an emitter of rounding.
   const double shear = shear_distance_mm_ > 0 ? d0_mm_ / shear_distance_mm_ : 0.0;
-  const double nearest =
+  const double place =
       (from_middle / (1 + shear) - OpeningCentrePx(axis, 0, slot)) / barrier_.period_px;
-  const int guess = static_cast<int>(std::lround(nearest));
-  std::optional<AxisBeam> beam;
+  constexpr double kTie = 1e-9;  // the lower index where equally near
+  const int nearest = static_cast<int>(std::ceil(place - 0.5 - kTie));
+  std::optional<int> claiming;
   double distance = 0;
-  for (int opening = guess - 1; opening <= guess + 1; ++opening) {
+  bool just_before = false, just_after = false;  // a window
+  for (int opening = nearest - 1; opening <= nearest + 1; ++opening) {
     if (!Whole(axis, opening, slot)) continue;
     const int first = barrier_.period_px * opening + barrier_.stride_px() * slot +
                       (barrier_.aperture_px - barrier_.period_px) / 2 +
                       ShearShift(axis, opening, slot);
+    just_before |= index == first - 1;
+    just_after |= index == first + barrier_.period_px;
     if (index < first || index >= first + barrier_.period_px) continue;
-    const double centre = OpeningCentrePx(axis, opening, slot);
-    if (beam && std::abs(from_middle - centre) >= distance) continue;
-    distance = std::abs(from_middle - centre);
-    beam = AxisBeam{opening,
-                    axis.sign * centre * pitch_mm_,
-                    barrier_.aperture_px * pitch_mm_,
-                    Centre(axis, index),
-                    pitch_mm_,
-                    d0_mm_};
+    const double from_opening = std::abs(from_middle - OpeningCentrePx(axis, opening, slot));
+    if (claiming && from_opening >= distance) continue;
+    distance = from_opening;
+    claiming = opening;
   }
-  return beam;
+  const bool missed = !claiming && just_before && just_after;
+  return missed && Whole(axis, nearest, slot) ? nearest : claiming;
+}
+
+std::optional<AxisBeam> RayMap::Beam(const Axis& axis, int slot, int index) const {
+  if (index < 0 || index >= axis.count) return std::nullopt;
+  const std::optional<int> opening = OpeningOf(axis, slot, index);
+  if (!opening) return std::nullopt;
+  return AxisBeam{*opening,
+                  axis.sign * OpeningCentrePx(axis, *opening, slot) * pitch_mm_,
+                  barrier_.aperture_px * pitch_mm_,
+                  Centre(axis, index),
+                  pitch_mm_,
+                  d0_mm_};
 }
 
 std::optional<AxisHit> RayMap::Seen(const Axis& axis, double position, double slope) const {

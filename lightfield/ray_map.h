@@ -39,10 +39,11 @@ class RayMap {
   double ColumnCentre(int column) const { return Centre(x_, column); }
   double RowCentre(int row) const { return Centre(y_, row); }
 
-  // The beam of an emitter column (x) or row (y, up) in a slot; nothing where no opening claims it
-  // (missed at a step of the shear, or its opening does not lie on the panel whole).
-  // Windows are shifted by ShearShiftPx, D being the viewer's distance from the modulating plane;
-  // an emitter that two windows claim is the nearer opening's, the lower index where equally near.
+  // The beam of an emitter column (x) or row (y, up) in a slot; nothing where its opening does not
+  // lie on the panel whole. Windows are shifted by ShearShiftPx, D being the viewer's distance from
+  // the modulating plane. An emitter that two windows claim where the shear steps is the nearer
+  // opening's, the lower index where equally near. One that is missed between two windows would be
+  // a dark line: the opening whose unrounded window is nearest sends it along its true ray.
   std::optional<AxisBeam> Column(int slot_x, int column) const { return Beam(x_, slot_x, column); }
   std::optional<AxisBeam> Row(int slot_y, int row) const { return Beam(y_, slot_y, row); }
 
@@ -71,6 +72,7 @@ class RayMap {
   int ShearShift(const Axis& axis, int opening, int slot) const;
   bool Whole(const Axis& axis, int opening, int slot) const;
   bool Open(const Axis& axis, int slot, int index) const;
+  std::optional<int> OpeningOf(const Axis& axis, int slot, int index) const;
   std::optional<AxisBeam> Beam(const Axis& axis, int slot, int index) const;
   std::optional<AxisHit> Seen(const Axis& axis, double position, double slope) const;
 

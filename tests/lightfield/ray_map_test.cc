@@ -2,7 +2,7 @@
 #include "lightfield/ray_map.h"
 
 #include <cmath>
-#include <set>
+#include <map>
 
 #include <gtest/gtest.h>
 
@@ -59,11 +59,10 @@ TEST(RayMap, AimsTheMiddleOfEveryFanAtTheViewer) {
       const std::optional<AxisBeam> beam = beam_of(index);
       if (!beam) continue;
       ++beams;
-      // Three emitters to each side of the middle, which rounding moves by half an emitter.
-      EXPECT_LE(std::abs(beam->At(590)), 3 * step + 1e-6) << index;
+      // Half a period to each side of the middle, of windows as far apart as the viewer needs.
+      EXPECT_LE(std::abs(beam->At(590)), 3 * (1 + 5.0 / 590) * step + 1e-6) << index;
     }
-    EXPECT_GT(beams, 0.97 * count);
-    EXPECT_LT(beams, count);  // where the shear steps one emitter is missed
+    EXPECT_GT(beams, count - 12);  // at the ends of the panel openings are missing, and only there
   };
   for (int slot = 0; slot < 3; ++slot) {
     aims([&](int i) { return map.Column(slot, i); }, 1920);
@@ -71,15 +70,18 @@ TEST(RayMap, AimsTheMiddleOfEveryFanAtTheViewer) {
   }
 }
 
-TEST(RayMap, NeverGivesAnEmitterToAnOpeningWhoseWindowDoesNotHoldIt) {
+TEST(RayMap, GivesEmittersToTheWindowThatHoldsThemAndMissedOnesToTheNearest) {
   for (const Barrier barrier :
        {Barrier{6, 2, 3}, Barrier{3, 1, 3}, Barrier{5, 1, 5}, Barrier{1, 1, 1}}) {
     const Display display = OneLayer(300, 60, barrier, true);
     const RayMap map(display, 0);
+    int missed = 0;
     for (int slot = 0; slot < barrier.slots; ++slot) {
       for (int column = 0; column < 300; ++column) {
         // By search over all openings.
-        int expected = -1;
+        int expected = -1, nearest = -1;
+        bool before = false, after = false;
+        double distance = 1e9;
         for (int opening = 0; opening < 300; ++opening) {
           const int c0 = barrier.period_px * opening + barrier.period_px / barrier.slots * slot;
           if (c0 + barrier.aperture_px > 300) break;
@@ -87,11 +89,21 @@ TEST(RayMap, NeverGivesAnEmitterToAnOpeningWhoseWindowDoesNotHoldIt) {
           const int first = c0 + (barrier.aperture_px - barrier.period_px) / 2 +
                             static_cast<int>(std::floor(x * 5 / (590 * display.pitch_mm) + 0.5));
           if (column >= first && column < first + barrier.period_px) expected = opening;
+          before |= column == first - 1;
+          after |= column == first + barrier.period_px;
+          const double unrounded = x / display.pitch_mm * (1 + 5.0 / 590) + 150;
+          if (std::abs(column + 0.5 - unrounded) < distance - 1e-9) {
+            distance = std::abs(column + 0.5 - unrounded);
+            nearest = opening;
+          }
         }
+        missed += expected < 0 && before && after;
+        if (expected < 0 && before && after) expected = nearest;
         const std::optional<AxisBeam> beam = map.Column(slot, column);
         EXPECT_EQ(beam ? beam->opening : -1, expected) << slot << " " << column;
       }
     }
+    EXPECT_GT(missed, 0);
   }
 }
 
@@ -167,11 +179,11 @@ TEST(RayMap, HoldsWithAViewerAlmostInsideTheDisplayAndAPeriodOfOne) {
   display.viewing_distance_mm = 15.0001;
   Check(display, "test");
   const RayMap map(display, 0);
-  std::set<int> openings;
+  std::map<int, int> openings;  // and their emitters: windows stand two emitters apart
   for (int column = 0; column < 64; ++column) {
     const auto beam = map.Column(0, column);
     if (beam) {
-      EXPECT_TRUE(openings.insert(beam->opening).second);
+      EXPECT_LE(++openings[beam->opening], 2);
     }
   }
   EXPECT_GE(openings.size(), 30U);
