@@ -1,6 +1,7 @@
 #include "distribute/simulate_eye.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -16,27 +17,58 @@
 namespace lamella {
 namespace {
 
-// Neighbouring lines of sight that see one emitter in one slot are one path with a weight: on a
-// separable map a pixel's colour is the sum over its column paths and row paths of
+// On a separable map a pixel's colour is the sum over its column paths and row paths of
 //   weight_column * weight_row * emitters[slot_column, slot_row](emitter_column, emitter_row).
 struct Path {
   int pixel = 0;
   int slot = 0;
   int emitter = -1;  // -1: beside the panel
-  float weight = 0;  // share of the pixel's lines on this axis
+  float weight = 0;  // share of the pixel's lines of sight on this axis
 };
 
-// A line of sight on one axis: what it meets, and whether it passes beside the panel.
+// One axis of the eye and its picture. Coordinates run with the indices: rows downwards, -y.
+struct EyeAxis {
+  double eye_mm = 0;
+  double start_mm = 0, pixel_mm = 1;
+  int pixels = 0;
+  double distance_mm = 0;  // from the eye to z = 0
+
+  // Where the line of sight through `at` on z = 0 crosses the plane z.
+  double OnPlane(double at, double z) const { return at + (eye_mm - at) * z / distance_mm; }
+  double FromPlane(double crossing, double z) const {
+    return (crossing - eye_mm * z / distance_mm) / (1 - z / distance_mm);
+  }
+};
+
+// Places on z = 0, rising, between which all lines of sight of an axis meet the same modulator
+// element and emitter and belong to the same pixel.
+std::vector<double> Breaks(const EyeAxis& axis, const std::array<double, 2>& planes, int count,
+                           double pitch_mm) {
+  const double end = axis.start_mm + axis.pixels * axis.pixel_mm;
+  std::vector<double> breaks;
+  for (int i = 0; i <= axis.pixels; ++i) breaks.push_back(axis.start_mm + i * axis.pixel_mm);
+  for (const double z : planes) {
+    for (int i = 0; i <= count; ++i) {
+      const double at = axis.FromPlane((i - count / 2.0) * pitch_mm, z);
+      if (at > axis.start_mm && at < end) breaks.push_back(at);
+    }
+  }
+  std::sort(breaks.begin(), breaks.end());
+  return breaks;
+}
+
+// What a line of sight meets on one axis, and whether it passes beside the panel.
 struct Line {
   std::optional<AxisHit> hit;
   bool beside = false;
 };
 
-// The paths of one axis of one layer, sorted by pixel. `line(i)` is the i-th line of sight.
+// The paths of one axis of one layer, sorted by pixel. `line_of(at)` is the line of sight through a
+// place on z = 0.
 template <class LineOf>
-std::vector<Path> AxisPaths(int pixels, int lines, const Barrier& barrier, const LineOf& line_of) {
+std::vector<Path> AxisPaths(const EyeAxis& axis, const std::vector<double>& breaks,
+                            const Barrier& barrier, const LineOf& line_of) {
   std::vector<Path> paths;
-  const float share = 1.0F / static_cast<float>(lines);
   const auto add = [&](int pixel, int slot, int emitter, float weight) {
     for (auto path = paths.rbegin(); path != paths.rend() && path->pixel == pixel; ++path) {
       if (path->slot == slot && path->emitter == emitter) {
@@ -49,12 +81,16 @@ std::vector<Path> AxisPaths(int pixels, int lines, const Barrier& barrier, const
   // Slots in which a line that misses the panel would have met an opening, in the mean.
   const float mean_open = static_cast<float>(barrier.slots * barrier.aperture_px) /
                           static_cast<float>(barrier.period_px);
-  for (int i = 0; i < pixels * lines; ++i) {
-    const Line line = line_of(i);
-    if (line.beside) add(i / lines, 0, -1, share * mean_open);
+  for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
+    const double at = (breaks[i] + breaks[i + 1]) / 2;
+    const int pixel =
+        std::clamp(static_cast<int>((at - axis.start_mm) / axis.pixel_mm), 0, axis.pixels - 1);
+    const float share = static_cast<float>((breaks[i + 1] - breaks[i]) / axis.pixel_mm);
+    const Line line = line_of(at);
+    if (line.beside) add(pixel, 0, -1, share * mean_open);
     if (!line.hit) continue;
     for (int slot = 0; slot < barrier.slots; ++slot) {
-      if ((line.hit->open_slots >> slot & 1U) != 0) add(i / lines, slot, line.hit->emitter, share);
+      if ((line.hit->open_slots >> slot & 1U) != 0) add(pixel, slot, line.hit->emitter, share);
     }
   }
   return paths;
@@ -65,31 +101,25 @@ struct LayerPaths {
   std::vector<std::size_t> first_row;  // of each pixel row in `rows`, and the end
 };
 
-// x on the plane z of the line from the eye at e (distance D) through x0 on z = 0.
-double OnPlane(double x0, double e, double distance, double z) {
-  return x0 + (e - x0) * z / distance;
-}
-
-LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye, int lines) {
+LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye) {
   const RayMap map(display, layer);
   const Barrier& barrier = BarrierOf(display, static_cast<std::size_t>(layer));
-  const double step = eye.pixel_mm / lines;
-  const double d = eye.position.z(), z = map.position_mm(), z_emitters = z - map.d0_mm();
-  const auto beside = [&](double x0, double e, double half_width) {
-    return std::abs(OnPlane(x0, e, d, z)) >= half_width ||
-           std::abs(OnPlane(x0, e, d, z_emitters)) >= half_width;
+  const double z = map.position_mm(), z_emitters = z - map.d0_mm(), d = eye.position.z();
+  const double pitch = display.emitter_pitch_mm();
+  const auto paths_of = [&](const EyeAxis& axis, int count, const auto& seen) {
+    const double half_width = count * pitch / 2;
+    return AxisPaths(axis, Breaks(axis, {z, z_emitters}, count, pitch), barrier, [&](double at) {
+      return Line{seen(axis.OnPlane(at, z), (axis.eye_mm - at) / d),
+                  std::abs(axis.OnPlane(at, z)) >= half_width ||
+                      std::abs(axis.OnPlane(at, z_emitters)) >= half_width};
+    });
   };
   LayerPaths paths;
-  paths.columns = AxisPaths(eye.width, lines, barrier, [&](int i) {
-    const double x0 = eye.left_mm + (i + 0.5) * step, e = eye.position.x();
-    return Line{map.SeenColumn(OnPlane(x0, e, d, z), (e - x0) / d),
-                beside(x0, e, display.width_mm() / 2)};
-  });
-  paths.rows = AxisPaths(eye.height, lines, barrier, [&](int i) {
-    const double y0 = eye.top_mm - (i + 0.5) * step, e = eye.position.y();
-    return Line{map.SeenRow(OnPlane(y0, e, d, z), (e - y0) / d),
-                beside(y0, e, display.height_mm() / 2)};
-  });
+  paths.columns =
+      paths_of({eye.position.x(), eye.left_mm, eye.pixel_mm, eye.width, d}, map.columns(),
+               [&](double at, double slope) { return map.SeenColumn(at, slope); });
+  paths.rows = paths_of({-eye.position.y(), -eye.top_mm, eye.pixel_mm, eye.height, d}, map.rows(),
+                        [&](double at, double slope) { return map.SeenRow(-at, -slope); });
   for (int y = 0; y <= eye.height; ++y) {
     const auto first = std::lower_bound(paths.rows.begin(), paths.rows.end(), y,
                                         [](const Path& p, int pixel) { return p.pixel < pixel; });
@@ -174,13 +204,12 @@ RayBundle BundleOfEye(const Eye& eye, int split) {
   return bundle;
 }
 
-EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
-                       int lines) {
+EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye) {
   CheckInput(layers, display, eye);
   std::vector<LayerPaths> paths;
   std::vector<float> gains;  // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    paths.push_back(PathsOfLayer(display, static_cast<int>(l), eye, lines));
+    paths.push_back(PathsOfLayer(display, static_cast<int>(l), eye));
     const Barrier& barrier = BarrierOf(display, l);
     const double open =
         static_cast<double>(barrier.slots) * barrier.aperture_px / barrier.period_px;

@@ -38,12 +38,11 @@ struct EyePicture {
   Image<float> coverage;
 };
 
-// `lines` x `lines` lines of sight per pixel, each followed through all layers and slots. `layers`
-// has the display's layers and slots (InputError where it has not, UsageError where the eye is
-// inside the display or its optics are not barriers). The result does not depend on the number of
-// threads.
-EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
-                       int lines);
+// Every line of sight of every pixel, followed through all layers and slots: integrated exactly
+// over the parts of a pixel in which lines meet the same element and emitter. `layers` has the
+// display's layers and slots (InputError where it has not, UsageError where the eye is inside the
+// display or its optics are not barriers). The result does not depend on the number of threads.
+EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye);
 
 // How far the eye may move sideways on one axis before a line of sight meets a neighbour's window
 // (simulation.md section 5): ((P - a)/2 - 1/2) * p * D / d0 of the most restrictive layer; with no

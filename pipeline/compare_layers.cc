@@ -11,7 +11,6 @@
 namespace lamella {
 namespace {
 
-constexpr int kLines = 4;             // lines of sight per pixel and axis
 constexpr double kSameLength = 1e-6;  // relative
 constexpr double kWithinBox = 0.96;   // the box's very border is a matter of rounding
 
@@ -63,10 +62,9 @@ LayersComparison CompareLayers(const Workspace& a, const Workspace& b, int borde
   progress.Start("eyes", 5, "eyes");
   for (const double share : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
     eye.position.x() = share * box;
-    comparison.eyes.push_back(
-        {eye.position.x(), 0,
-         Compare(RenderSimulated(layers_a, of_a.display, eye, kLines),
-                 RenderSimulated(layers_b, of_b.display, eye, kLines), border_px)});
+    comparison.eyes.push_back({eye.position.x(), 0,
+                               Compare(RenderSimulated(layers_a, of_a.display, eye),
+                                       RenderSimulated(layers_b, of_b.display, eye), border_px)});
     progress.Advance();
   }
   return comparison;

@@ -34,9 +34,8 @@ PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_p
   return picture;
 }
 
-PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
-                               int lines) {
-  EyePicture seen = SimulateEye(layers, display, eye, lines);
+PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye) {
+  EyePicture seen = SimulateEye(layers, display, eye);
   return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
 }
 

@@ -25,8 +25,7 @@ struct PreviewPicture {
 // The scene along the eye's rays. Where a pixel is larger than a view's, it is the mean of up to
 // 8 x 8 rays, one per view pixel.
 PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px);
-PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
-                               int lines);
+PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye);
 // A captured view on the raster of its eye.
 PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured);
 

@@ -214,8 +214,7 @@ void AddFacts(const LayersRecord& record, const PreviewResult& result,
                   "the picture",
                   100 * record.seen_share, 100 * record.seen_share_in_picture));
   const Eye& eye = result.grid[0].eye;
-  add("Eye pictures", fmt::format("{} x {} px of {:.4f} mm, {} x {} lines of sight each", eye.width,
-                                  eye.height, eye.pixel_mm, options.lines, options.lines));
+  add("Eye pictures", fmt::format("{} x {} px of {:.4f} mm", eye.width, eye.height, eye.pixel_mm));
   add("Simulated from", options.source == "frames"
                             ? "the panels' 8-bit images, decoded back"
                             : "the layers' emitter images before they become frames");
@@ -289,7 +288,6 @@ std::string MetricsJson(const PreviewResult& result, const PreviewOptions& optio
   const GridMeans means = MeansOf(result);
   const Json json = {{"format_version", 1},
                      {"border_px", options.border_px},
-                     {"lines", options.lines},
                      {"source", options.source},
                      {"width_px", eye.width},
                      {"height_px", eye.height},

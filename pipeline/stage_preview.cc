@@ -78,7 +78,7 @@ void Simulate(const LayerImages& layers, const Display& display, const PreviewOp
       "eyes");
   for (std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
     for (EyeResult& eye : *eyes) {
-      eye.simulated = RenderSimulated(layers, display, eye.eye, options.lines);
+      eye.simulated = RenderSimulated(layers, display, eye.eye);
       eye.metrics = Compare(eye.simulated, eye.target, options.border_px);
       progress.Advance();
     }
@@ -86,7 +86,7 @@ void Simulate(const LayerImages& layers, const Display& display, const PreviewOp
   for (DirectView& view : direct) {
     CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name,
                             view.at.eye,
-                            RenderSimulated(layers, display, view.at.eye, options.lines),
+                            RenderSimulated(layers, display, view.at.eye),
                             std::move(view.direct),
                             {},
                             {},
@@ -210,7 +210,6 @@ OptionTable Describe(PreviewOptions& options) {
            {"eye_box_mm", "the positions span +- this at the viewing distance, mm",
             &options.eye_box_mm, 0, 1e4},
            {"eyes", "further eyes to simulate and compare, \"X,Y;X,Y\" in mm", &options.eyes},
-           {"lines", "lines of sight per eye pixel and axis", &options.lines, 1, 16},
            {"width_px", "the eyes' pictures are at most so wide", &options.width_px, 16, 16384},
            {"eye_pixel_mm",
             "size of the eyes' pixels on z = 0, mm (default: the panel's pitch, or "
@@ -227,7 +226,6 @@ OptionTable Describe(PreviewOptions& options) {
 }
 
 void ApplyQuality(Quality quality, PreviewOptions& options) {
-  options.lines = quality == Quality::kDraft ? 2 : 4;
   options.width_px = quality == Quality::kDraft ? 640 : quality == Quality::kBalanced ? 960 : 1920;
 }
 

@@ -44,7 +44,6 @@ struct PreviewOptions {
   int positions = 7;                   // eyes per axis
   double eye_box_mm = 54.3;            // they span +- this at the viewing distance
   std::string eyes;                    // further eyes, "X,Y;X,Y" mm
-  int lines = 4;                       // lines of sight per eye pixel and axis
   int width_px = 960;                  // of the eyes' pictures, at most
   std::optional<double> eye_pixel_mm;  // on z = 0; default: the panel's pitch, within width_px
   int border_px = 24;                  // of the pictures that metrics leave out

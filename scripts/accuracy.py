@@ -22,7 +22,7 @@ STEP_MM = 27.15  # between the eyes of neighbouring cameras of hci_antinous, wit
 PLACEMENT = ("--disparity-range", "2.689,-3.131", "--depth-budget", "20", "--mm-per-view-px", str(PITCH_MM),
              "--preview-positions", "5", "--preview-eye-box-mm", str(2 * STEP_MM))
 # Whatever the quality, so that its figures can be compared.
-SAME_PICTURES = ("--preview-width-px", "960", "--preview-lines", "4")
+SAME_PICTURES = ("--preview-width-px", "960")
 SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
 
 

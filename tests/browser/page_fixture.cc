@@ -95,7 +95,7 @@ PreviewPage Page() {
   for (const double y : page.y_mm) {
     for (const double x : page.x_mm) {
       eye.position = {x, y, display.viewing_distance_mm};
-      const EyePicture seen = SimulateEye(layers, display, eye, 3);
+      const EyePicture seen = SimulateEye(layers, display, eye);
       page.eyes.push_back({DataUri(EncodeSrgb8(seen.color.span()).span(), "jpeg", 95),
                            DataUri(TargetOf(eye).span(), "jpeg", 95), 30.0, 0.9, 1.0, 1.0});
     }

@@ -283,7 +283,7 @@ double SeenPsnr(const AnalyticScene& scene, const Display& display, const LayerI
   eye.height = display.height_px - 40;
   eye.left_mm = -eye.width * eye.pixel_mm / 2;
   eye.top_mm = eye.height * eye.pixel_mm / 2;
-  const EyePicture seen = SimulateEye(images, display, eye, 3);
+  const EyePicture seen = SimulateEye(images, display, eye);
   const RayBundle rays = BundleOfEye(eye, 3);
   double sum = 0;
   for (int y = 0; y < eye.height; ++y) {

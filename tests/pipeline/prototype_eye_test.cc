@@ -128,22 +128,17 @@ TEST(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
     // An eye's picture is divided by the brightness (a/P)^2/n, a photograph is not.
     const double brightness = Brightness(display, display.layers[0]);
     EXPECT_NEAR(brightness, 1.0 / 18, 1e-12);
-    const auto agreement = [&](const Eye& other, int lines) {
-      return PsnrDb(SimulateEye(layers, display, other, lines).color, photograph, 1 / brightness);
+    const auto agreement = [&](const Eye& other) {
+      return PsnrDb(SimulateEye(layers, display, other).color, photograph, 1 / brightness);
     };
-    const double fine = agreement(eye, 64);
     RecordProperty("psnr_linear_db_at_" + std::to_string(static_cast<int>(x)),
-                   std::to_string(fine));
-    EXPECT_GT(fine, 46) << x;
-    // What parts them is the eye's regular grid of lines of sight, whose steps do not fit the
-    // panel's pixels: 6 dB for every doubling. (Neighbouring slots of these emitters have nothing
-    // in common, which is as hard as it can be.)
-    EXPECT_NEAR(agreement(eye, 32) - agreement(eye, 16), 6, 1.5);
-    EXPECT_NEAR(agreement(eye, 16) - agreement(eye, 8), 6, 1.5);
+                   std::to_string(agreement(eye)));
+    // Neighbouring slots of these emitters have nothing in common, which is as hard as it can be.
+    EXPECT_GT(agreement(eye), 46) << x;
     // And the figure can see a difference: a pixel aside they are two pictures.
     Eye beside = eye;
     beside.left_mm += eye.pixel_mm;
-    EXPECT_LT(agreement(beside, 64), 25);
+    EXPECT_LT(agreement(beside), 25);
   }
 }
 

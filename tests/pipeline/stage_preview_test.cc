@@ -103,7 +103,6 @@ class StagePreviewTest : public testing::Test {
     options.eye_box_mm = kStepMm;
     options.eyes = "10,-5";
     options.border_px = 20;
-    options.lines = 2;
     return options;
   }
 
@@ -183,7 +182,7 @@ class StagePreviewTest : public testing::Test {
           const int x = i / 4 % part.width, y = i / 4 / part.width;
           const double x0 = left + (part.x + x + 0.25 + 0.5 * (i % 2)) * pixel;
           const double y0 = top - (part.y + y + 0.25 + 0.5 * (i / 2 % 2)) * pixel;
-          // Mean of 9 slots and 4 lines over the brightness (2/6)^2; the mirror's 1/2 is in both.
+          // Mean of 9 slots over the brightness (2/6)^2; the mirror's 1/2 is in both.
           picture(x, y) += at(modulator, x0, y0, z).g / 4 * at(emitter, x0, y0, z - 5);
         }
       }
