@@ -20,8 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Cards before a wall. What makes the two algorithms comparable: the cameras span the eye box (from
-// beyond them an eye sees of the wall what no camera saw), and a pixel of theirs is one of the panel,
-// so that both worlds are band-limited alike.
+// beyond them an eye sees of the wall what no camera saw), and a pixel of theirs is one of the
+// panel, so that both worlds are band-limited alike.
 constexpr const char* kRecipe = R"(
 [cameras]
 layout = "grid"
@@ -96,7 +96,7 @@ TEST_F(SynthLayersTest, ArePlacedByWhatTheReferenceCameraSees) {
   EXPECT_EQ(record.placement.reference_view, "view_041");
   EXPECT_NEAR(record.placement.near, 2.77, 0.05);  // the near card, 0.1 deep
   EXPECT_NEAR(record.placement.far, 5.45, 0.15);   // the tilted wall
-  EXPECT_NEAR(record.seen_share, 1, 1e-6);  // the wall is behind all of it
+  EXPECT_NEAR(record.seen_share, 1, 1e-6);         // the wall is behind all of it
 }
 
 TEST_F(SynthLayersTest, AreTheSameBytesForAnyNumberOfThreads) {
