@@ -138,7 +138,9 @@ void DepthOfAMesh(benchmark::State& state) {
   }
   double worst = 0;  // the loops ask the same: in single precision they agree
   for (std::size_t i = 0; i < t.size(); ++i) {
-    worst = std::max(worst, std::abs(double{t.data()[i]} / double{bare_t.data()[i]} - 1));
+    worst = std::max(
+        worst,
+        std::abs(static_cast<double>(t.data()[i]) / static_cast<double>(bare_t.data()[i]) - 1));
   }
   if (!(worst < 1e-3)) state.SkipWithError("the bare loop sees something else");
   Report(state, &bare, &depth);
