@@ -74,7 +74,8 @@ void BareDepth(const EmbreeMesh& mesh, const RayBundle& bundle, ImageSpan<float>
   for (int y = 0; y < kHeight; y += 4) {
     for (int x = 0; x < kWidth; x += 4) {
       for (int i = 0; i < 16; ++i) {
-        const auto u = static_cast<float>(x + i % 4), v = static_cast<float>(y + i / 4);
+        const int column = x + i % 4, row = y + i / 4;
+        const auto u = static_cast<float>(column), v = static_cast<float>(row);
         rays.ray.dir_x[i] = first.x() + u * dx.x() + v * dy.x();
         rays.ray.dir_y[i] = first.y() + u * dx.y() + v * dy.y();
         rays.ray.dir_z[i] = first.z() + u * dx.z() + v * dy.z();
