@@ -33,8 +33,9 @@ struct RandomQuads {
     for (int i = 0; i < count + kQuadPadding; ++i) {
       const float x = number(-3, 40), y = number(-3, 30);
       for (int k = 0; k < 4; ++k) {
-        u[k].push_back(x + size * (static_cast<float>(k % 2) + number(-0.3F, 0.3F)));
-        v[k].push_back(y + size * (static_cast<float>(k / 2) + number(-0.3F, 0.3F)));
+        const int right = k % 2, below = k / 2;
+        u[k].push_back(x + size * (static_cast<float>(right) + number(-0.3F, 0.3F)));
+        v[k].push_back(y + size * (static_cast<float>(below) + number(-0.3F, 0.3F)));
         n[k].push_back(number(0, 1));
       }
       drawn.push_back(random() % 8 != 0);
