@@ -146,7 +146,7 @@ Image<RaySample> Pinhole(const CameraRays& rays, const Camera& camera, Image<flo
   return samples;
 }
 
-// 0.5 + bits of i mirrored at the point, over [0, 1).
+// The bits of i mirrored at the point, over [0, 1).
 double Moment(int i) {
   double value = 0, bit = 0.5;
   for (unsigned rest = static_cast<unsigned>(i); rest != 0; rest >>= 1U, bit *= 0.5) {

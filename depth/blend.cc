@@ -43,8 +43,9 @@ TileView ViewOfTile(const BundleGeometry& geometry, const SourceView& view, cons
                            static_cast<double>(nearness))};
   result.at_nearness = nearness;
   for (std::size_t i = 0; i < 4; ++i) {
-    const double u = tile.x + static_cast<double>(i % 2) * kTile;
-    const double v = tile.y + static_cast<double>(i / 2) * kTile;
+    const std::size_t right = i % 2, below = i / 2;
+    const double u = tile.x + static_cast<double>(right) * kTile;
+    const double v = tile.y + static_cast<double>(below) * kTile;
     const double offset =
         std::sqrt(geometry.DistanceSquared(u, v, view.centre)) / neighbour + sight.resolution;
     result.penalty[i] = static_cast<float>(std::min(offset * offset, 1e12));

@@ -27,7 +27,7 @@ struct TileSights {
 // The rays `rays` of a tile (inside of the bundle): their nearness (rays.width x rays.height) to
 // their samples.
 void BlendTile(const BundleGeometry& geometry, const std::vector<SourceView>& views,
-               const TileSights& tile, double neighbour, const BlendOptions& options,
+               const TileSights& sights, double neighbour, const BlendOptions& options,
                const Rect& rays, ImageSpan<const float> nearness, ImageSpan<RaySample> samples);
 
 }  // namespace lamella

@@ -100,8 +100,9 @@ Neighbourhood::Neighbourhood(const ViewSet& set)
       const Camera& camera = views_[v].camera;
       const Rigid world_from_camera = Inverse(views_[v].camera_from_world);
       for (int i = 0; i < kRaysPerAxis * kRaysPerAxis; ++i) {
-        const Eigen::Vector2d pixel((i % kRaysPerAxis + 0.5) / kRaysPerAxis * camera.width,
-                                    (i / kRaysPerAxis + 0.5) / kRaysPerAxis * camera.height);
+        const int column = i % kRaysPerAxis, row = i / kRaysPerAxis;
+        const Eigen::Vector2d pixel((column + 0.5) / kRaysPerAxis * camera.width,
+                                    (row + 0.5) / kRaysPerAxis * camera.height);
         const std::optional<Vector3d> ray = Unproject(camera, pixel);
         if (!ray || !(depths[v] > 0)) continue;
         Point point{world_from_camera * (depths[v] * *ray), {}};

@@ -197,7 +197,8 @@ void ReferenceCensus(const Warped& luma, int rows, int columns, CensusPlanes& pl
   const Bytes d;
   for (int r = 0; r < rows; ++r) {
     const auto at = [&](int dx, int dy) {
-      return luma[static_cast<std::size_t>(r + kCensus + dy)].data() + kCensus + dx;
+      const int in = r + kCensus + dy;
+      return luma[static_cast<std::size_t>(in)].data() + kCensus + dx;
     };
     auto& row = planes[static_cast<std::size_t>(r)];
     for (int c = 0; c < columns; c += static_cast<int>(hn::Lanes(d))) {
@@ -215,7 +216,8 @@ void CensusDistance(const Warped& warped, const CensusPlanes& planes, int rows, 
   const auto unseen = hn::Set(d, std::uint8_t{kUnseen});
   for (int r = 0; r < rows; ++r) {
     const auto at = [&](int dx, int dy) {
-      return warped[static_cast<std::size_t>(r + kCensus + dy)].data() + kCensus + dx;
+      const int in = r + kCensus + dy;
+      return warped[static_cast<std::size_t>(in)].data() + kCensus + dx;
     };
     const auto& reference = planes[static_cast<std::size_t>(r)];
     for (int c = 0; c < columns; c += static_cast<int>(hn::Lanes(d))) {
@@ -269,7 +271,10 @@ void BoxRow(const std::array<Row, kCensusRows>& best, int r, int width, int scal
   const Words d;
   const hn::Rebind<std::uint8_t, Words> bytes;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto row = [&](int dy) { return best[static_cast<std::size_t>(r + kBox + dy)].data(); };
+  const auto row = [&](int dy) {
+    const int in = r + kBox + dy;
+    return best[static_cast<std::size_t>(in)].data();
+  };
   for (int c = 0; c < width + 2 * kBox; c += lanes) {
     const auto load = [&](int dy) { return hn::PromoteTo(d, hn::LoadU(bytes, row(dy) + c)); };
     hn::StoreU(load(-1) + load(0) + load(1), d, sums + c);
@@ -307,7 +312,8 @@ void CostOfTile(const SweepImage& reference, const std::vector<SweepSource>& sou
   for (int first = 0; first < labels.count(); first += kTileLabels) {
     const int count = std::min(kTileLabels, labels.count() - first);
     for (int i = 0; i < count; ++i) {
-      const double w = labels.w[static_cast<std::size_t>(first + i)];
+      const int label = first + i;
+      const double w = labels.w[static_cast<std::size_t>(label)];
       for (std::size_t s = 0; s < sources.size(); ++s) {
         for (int r = 0; r < tile.height + 2 * kHalo; ++r) {
           const RowWarp warp = WarpOfRow(sources[s], w, tile.x - kHalo, tile.y + r - kHalo);

@@ -254,9 +254,10 @@ class CapturedScene : public RaySource {
     }
     TileSights tile;
     tile.nearness = nearness(x + whole.width / 2, y + whole.height / 2);
-    tile.sights = ranking.Best(x + 0.5 * whole.width, y + 0.5 * whole.height,
-                               {double{tile.nearness}, double{far}, double{near}},
-                               blend_.views + blend_.further);
+    tile.sights = ranking.Best(
+        x + 0.5 * whole.width, y + 0.5 * whole.height,
+        {static_cast<double>(tile.nearness), static_cast<double>(far), static_cast<double>(near)},
+        blend_.views + blend_.further);
     const Rect rays{x0, y0, x1 - x0, y1 - y0};
     BlendTile(geometry, views_, tile, neighbour_, blend_, rays, nearness.span().Sub(rays),
               samples.Sub({x0 - rectangle.x, y0 - rectangle.y, rays.width, rays.height}));

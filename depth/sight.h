@@ -81,7 +81,7 @@ class ViewRanking {
     double distance = 0;  // from the view to the point
   };
   // Direction and picture; false where no point lies in front of the view and before the viewer.
-  bool Assess(std::size_t view, double u, double v, const std::array<double, 3>& nearness,
+  bool Assess(std::size_t index, double u, double v, const std::array<double, 3>& nearness,
               const Eigen::Vector3d& toward, double offset, Candidate* candidate) const;
 
   const BundleGeometry& geometry_;

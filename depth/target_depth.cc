@@ -182,7 +182,8 @@ const DepthLevel& LevelOf(const BundleGeometry& geometry, const SourceView& view
   const RayBundle& bundle = geometry.bundle();
   const Eigen::Matrix4d map = view.view_from_world * geometry.world_from_bundle();
   const LocalMap local(map, 0.5 * bundle.width, 0.5 * bundle.height, range.middle);
-  return DepthLevelForSpacing(view, std::sqrt(std::abs(local.xa * local.yb - local.xb * local.ya)));
+  const float area = std::abs(local.xa * local.yb - local.xb * local.ya);
+  return DepthLevelForSpacing(view, static_cast<double>(std::sqrt(area)));
 }
 
 }  // namespace

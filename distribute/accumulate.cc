@@ -77,9 +77,9 @@ void Accumulate(ImageSpan<const Light> samples, int first_x, int first_y, const 
     std::vector<Light*> sums_of_slot(static_cast<std::size_t>(sums.slots_per_axis));
     for (const Overlap* row : band.rows) {
       for (int slot_x = 0; slot_x < sums.slots_per_axis; ++slot_x) {
+        const int slot = sums.slots_per_axis * row->slot + slot_x;
         sums_of_slot[static_cast<std::size_t>(slot_x)] =
-            sums.slots[static_cast<std::size_t>(sums.slots_per_axis * row->slot + slot_x)].row(
-                row->emitter);
+            sums.slots[static_cast<std::size_t>(slot)].row(row->emitter);
       }
       AddRow(*row, y.weights.data() + row->weights,
              filtered.data() +

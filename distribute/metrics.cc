@@ -46,15 +46,23 @@ double Channel(const Rgb8& pixel, int channel) {
   return code / 255.0;
 }
 
-// The window's weights for a pixel `at` of `size`, cut at the sides; weights[i] belongs to
-// at - kRadius + i.
-std::array<double, 2 * kRadius + 1> WindowWeights(int at, int size) {
-  std::array<double, 2 * kRadius + 1> weights{};
+// Weights of a window's pixels, from -kRadius to kRadius beside its centre.
+using Window = std::array<double, 2 * kRadius + 1>;
+
+// Where in a window the pixel `offset` beside its centre stands.
+std::size_t PlaceOf(int offset) {
+  const int place = offset + kRadius;
+  return static_cast<std::size_t>(place);
+}
+
+// The window's weights for a pixel `at` of `size`, cut at the sides.
+Window WindowWeights(int at, int size) {
+  Window weights{};
   double sum = 0;
   for (int i = -kRadius; i <= kRadius; ++i) {
     if (at + i < 0 || at + i >= size) continue;
     const double w = std::exp(-0.5 * i * i / (kSigma * kSigma));
-    weights[static_cast<std::size_t>(i + kRadius)] = w;
+    weights[PlaceOf(i)] = w;
     sum += w;
   }
   for (double& w : weights) w /= sum;
@@ -75,10 +83,10 @@ struct Moments {  // means of a, b, a^2, b^2, ab over a window
 // Moments of one channel over the columns' windows of row y: the vertical half of the window.
 std::vector<Moments> ColumnMoments(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, int channel,
                                    int y) {
-  const auto weights = WindowWeights(y, a.height);
+  const Window weights = WindowWeights(y, a.height);
   std::vector<Moments> moments(static_cast<std::size_t>(a.width));
   for (int i = -kRadius; i <= kRadius; ++i) {
-    const double w = weights[static_cast<std::size_t>(i + kRadius)];
+    const double w = weights[PlaceOf(i)];
     if (w == 0) continue;
     for (int x = 0; x < a.width; ++x) {
       const double va = Channel(a(x, y + i), channel), vb = Channel(b(x, y + i), channel);
@@ -101,7 +109,7 @@ struct Sum {
 };
 
 Sum SimilarityOfRow(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, const MetricRegion& region,
-                    int y, const std::vector<std::array<double, 2 * kRadius + 1>>& weights) {
+                    int y, const std::vector<Window>& weights) {
   Sum sum;
   const Span columns = Inner(a.width, region.border_px);
   for (int channel = 0; channel < 3; ++channel) {
@@ -110,9 +118,9 @@ Sum SimilarityOfRow(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, const Metr
       if (!Counts(region, x, y)) continue;
       Moments m;
       for (int i = -kRadius; i <= kRadius; ++i) {
-        const double w =
-            weights[static_cast<std::size_t>(x)][static_cast<std::size_t>(i + kRadius)];
-        if (w != 0) m.Add(w, moments[static_cast<std::size_t>(x + i)]);
+        const double w = weights[static_cast<std::size_t>(x)][PlaceOf(i)];
+        const int column = x + i;
+        if (w != 0) m.Add(w, moments[static_cast<std::size_t>(column)]);
       }
       sum.value += Similarity(m);
       ++sum.count;

@@ -60,7 +60,7 @@ void CheckPanel(const PanelCalibration& panel, const Checker& check) {
   check.Between(panel.width_px, 1, 1 << 20, "width_px");
   check.Between(panel.height_px, 1, 1 << 20, "height_px");
   check.Between(panel.pitch_mm, 1e-9, kLongestMm, "pitch_mm");
-  check.Between(panel.scale, -kLargestShape, 100, "scale");  // a relay may magnify much
+  check.Between(panel.scale, 1e-3 - 1, 1e3 - 1, "scale");  // a relay's magnification is in it
   check.Between(panel.aspect, -kLargestShape, kLargestShape, "aspect");
   check.Between(panel.skew, -kLargestShape, kLargestShape, "skew");
   check.Between(panel.pincushion, -kLargestShape, kLargestShape, "pincushion");

@@ -113,9 +113,10 @@ struct Calibration {
 Calibration DesignCalibration(const Display& display);
 
 // UsageError (one line naming layer, panel and field) where a number is not finite or not possible:
-// sizes below 1 px, pitch or index out of range, |s|, |a|, |k|, |q| above 0.2, a bow beyond the
-// half diagonal, a negative gap, lenses without a gap, black outside [0, 1), a falling tone curve,
-// spread weights that do not sum to 1, no layer, a layer with both modulator and lenses.
+// sizes below 1 px, pitch or index out of range, 1 + s outside [1e-3, 1e3], |a|, |k|, |q| above
+// 0.2, a bow beyond the half diagonal, a negative gap, lenses without a gap, black outside [0, 1),
+// a falling tone curve, spread weights that do not sum to 1, no layer, a layer with both modulator
+// and lenses.
 void Check(const Calibration& calibration, const std::string& where);
 
 }  // namespace lamella

@@ -192,10 +192,11 @@ ImageInfo ReadImageInfo(const fs::path& path) {
 }
 
 void CheckImageIsWhole(const fs::path& path) {
-  if (ReadImageInfo(path).is_float)
+  if (ReadImageInfo(path).is_float) {
     ReadImage(path);
-  else
+  } else {
     ReadUpright(path, OIIO::TypeDesc::UNKNOWN);
+  }
 }
 
 Image<Rgb> ReadImage(const fs::path& path) {

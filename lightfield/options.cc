@@ -135,16 +135,17 @@ std::string OptionText(const OptionField& field) {
   return std::visit(
       [](const auto* value) -> std::string {
         using T = std::remove_cv_t<std::remove_pointer_t<decltype(value)>>;
-        if constexpr (std::is_same_v<T, bool>)
+        if constexpr (std::is_same_v<T, bool>) {
           return *value ? "true" : "false";
-        else if constexpr (std::is_same_v<T, int>)
+        } else if constexpr (std::is_same_v<T, int>) {
           return fmt::format("{}", *value);
-        else if constexpr (std::is_same_v<T, double>)
+        } else if constexpr (std::is_same_v<T, double>) {
           return NumberText(*value);
-        else if constexpr (std::is_same_v<T, std::string>)
+        } else if constexpr (std::is_same_v<T, std::string>) {
           return Quoted(*value);
-        else
+        } else {
           return *value ? NumberText(**value) : std::string();
+        }
       },
       field.value);
 }

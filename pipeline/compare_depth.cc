@@ -25,8 +25,7 @@ double Percent(std::int64_t count, std::int64_t of) {
 // The value below which `share` of them lie; they are reordered.
 double Quantile(std::vector<float>& values, double share) {
   if (values.empty()) return 0;
-  const auto rank =
-      static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+  const std::ptrdiff_t rank = std::llround(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
   return static_cast<double>(values[static_cast<std::size_t>(rank)]);
 }
@@ -114,10 +113,11 @@ DepthComparison CompareDisparity(ImageSpan<const float> disparity, ImageSpan<con
       bad_07 += !(error <= 0.07);
       bad_03 += !(error <= 0.03);
       bad_01 += !(error <= 0.01);
-      if (std::isnan(error))
+      if (std::isnan(error)) {
         ++result.unknown;
-      else
+      } else {
         squares += error * error;
+      }
     }
   }
   result.bad_07 = Percent(bad_07, result.pixels);

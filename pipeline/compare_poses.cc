@@ -18,10 +18,11 @@ PoseComparison ComparePoses(const std::vector<View>& estimate, const std::vector
   for (const View& view : truth) by_name[view.name].second = &view;
   std::vector<std::pair<const View*, const View*>> pairs;
   for (const auto& [name, pair] : by_name) {
-    if (pair.first && pair.second)
+    if (pair.first && pair.second) {
       pairs.push_back(pair);
-    else
+    } else {
       (pair.first ? result.only_estimate : result.only_truth).push_back(name);
+    }
   }
   if (pairs.size() < 3) {
     throw InputError("", fmt::format("only {} views have a name in both", pairs.size()),

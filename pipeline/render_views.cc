@@ -80,11 +80,12 @@ Image<Rgb> WithBestGain(const Picture& picture, const Image<Rgb>& photograph, in
     for (int x = border; x < picture.color.width() - border; ++x) {
       if (picture.coverage(x, y) < 0.5F) continue;
       const Rgb a = picture.color(x, y), b = photograph(x, y);
-      const std::array<double, 3> p{double{a.r}, double{a.g}, double{a.b}};
-      const std::array<double, 3> q{double{b.r}, double{b.g}, double{b.b}};
+      const std::array<float, 3> of_picture{a.r, a.g, a.b}, of_photograph{b.r, b.g, b.b};
       for (std::size_t c = 0; c < 3; ++c) {
-        cross[c] += p[c] * q[c];
-        square[c] += p[c] * p[c];
+        const auto p = static_cast<double>(of_picture[c]),
+                   q = static_cast<double>(of_photograph[c]);
+        cross[c] += p * q;
+        square[c] += p * p;
       }
     }
   }

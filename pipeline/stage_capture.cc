@@ -56,7 +56,7 @@ bool IsPlain(const ImageInfo& info) {
 
 // What the image itself tells; throws where it does not open whole.
 ImageInfo Inspect(CapturedView& view) {
-  const ImageInfo info = ReadImageInfo(view.file);
+  ImageInfo info = ReadImageInfo(view.file);
   CheckImageIsWhole(view.file);
   view.sha256 = Sha256OfFile(view.file);
   if (!view.depth.empty()) view.depth_sha256 = Sha256OfFile(view.depth);

@@ -90,7 +90,7 @@ struct MapCounts {
 // Known pixels of finite depth, every n-th so that there are at most `most`.
 std::vector<ColoredPoint> SamplePoints(const View& view, const DepthMap& map,
                                        const Image<Rgb8>& photo, std::size_t most) {
-  const int width = map.depth.width(), height = map.depth.height();
+  const auto width = static_cast<std::size_t>(map.depth.width());
   const auto usable = [&](std::size_t i) {
     const float z = map.depth.data()[i];
     return z > 0 && std::isfinite(z) && map.confidence.data()[i] >= kPointConfidence;
@@ -99,15 +99,15 @@ std::vector<ColoredPoint> SamplePoints(const View& view, const DepthMap& map,
   for (std::size_t i = 0; i < map.depth.size(); ++i) count += usable(i);
   const std::size_t step = std::max<std::size_t>(1, (count + most - 1) / most);
   const Rigid world_from_camera = Inverse(view.camera_from_world);
-  const double sx = static_cast<double>(view.camera.width) / width,
-               sy = static_cast<double>(view.camera.height) / height;
+  const double sx = static_cast<double>(view.camera.width) / map.depth.width(),
+               sy = static_cast<double>(view.camera.height) / map.depth.height();
   std::vector<ColoredPoint> points;
   std::size_t next = 0;
   for (std::size_t i = 0; i < map.depth.size(); ++i) {
     if (!usable(i) || next++ % step != 0) continue;
-    const Eigen::Vector2d pixel(
-        (static_cast<double>(i % static_cast<std::size_t>(width)) + 0.5) * sx,
-        (static_cast<double>(i / static_cast<std::size_t>(width)) + 0.5) * sy);
+    const std::size_t column = i % width, row = i / width;
+    const Eigen::Vector2d pixel((static_cast<double>(column) + 0.5) * sx,
+                                (static_cast<double>(row) + 0.5) * sy);
     const std::optional<Eigen::Vector3d> ray = Unproject(view.camera, pixel);
     if (!ray) continue;
     const int u = std::min(static_cast<int>(pixel.x()), photo.width() - 1);

@@ -268,7 +268,7 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
                 options.positions);
   progress.Advance();
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
-  const StageReport report = ReportOf(record, result, options);
+  StageReport report = ReportOf(record, result, options);
   PreviewPage page = MakePreviewPage(workspace, record, set, layers, result, options);
   progress.Advance();
   AddStages(workspace, report, start, page);

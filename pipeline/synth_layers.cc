@@ -20,22 +20,21 @@ namespace {
 constexpr double kSamplesPerView = 40000;  // rays that tell where near and far are
 
 // What the reference camera sees, as depths along its axis.
-DepthRange DepthRangeOfScene(const RaySource& scene, const View& reference) {
+DepthRange DepthRangeOfScene(const SceneSource& scene, const View& reference) {
   const double shrink = std::max(1.0, std::sqrt(double{1} * reference.camera.width *
                                                 reference.camera.height / kSamplesPerView));
   const Camera camera = Resized(reference.camera, 1 / shrink);
   const RayBundle bundle = BundleOfCamera(camera, reference.camera_from_world);
-  Image<RaySample> samples(bundle.width, bundle.height);
-  scene.Query(bundle, {0, 0, bundle.width, bundle.height}, samples.span());
-  std::vector<double> inverse_depths;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const RaySample& sample = samples.data()[i];
-    if (sample.coverage > 0) inverse_depths.push_back(1 / (1 - static_cast<double>(sample.z)));
+  Image<float> depths(bundle.width, bundle.height);
+  scene.QueryDepth(bundle, {0, 0, bundle.width, bundle.height}, depths.span());
+  std::vector<double> inverse_depths;  // 0 at infinity
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    inverse_depths.push_back(1 / static_cast<double>(depths.data()[i]));
   }
   return DepthRangeOf(std::move(inverse_depths));
 }
 
-LayersRecord PlaceScene(const SynthLayersOptions& options, const RaySource& scene,
+LayersRecord PlaceScene(const SynthLayersOptions& options, const SceneSource& scene,
                         const std::vector<View>& views, std::string* note) {
   LayersRecord record;
   if (!options.like.empty()) {

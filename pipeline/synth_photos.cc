@@ -1,6 +1,8 @@
 #include "pipeline/synth_photos.h"
 
 #include <algorithm>
+#include <set>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
@@ -26,7 +28,16 @@ using Json = nlohmann::ordered_json;
 constexpr int kFormatVersion = 1;
 
 Calibration Truth(const SynthPhotosOptions& options) {
-  if (!options.misalignment.empty()) return LoadCalibration(options.misalignment);
+  if (!options.misalignment.empty()) {
+    Calibration calibration = LoadCalibration(options.misalignment);
+    if (options.display.empty() || FindDisplay(options.display).name == calibration.display) {
+      return calibration;
+    }
+    throw UsageError("--misalignment",
+                     fmt::format("is of the display \"{}\", not of \"{}\"", calibration.display,
+                                 options.display),
+                     "leave --display out, or give a misalignment of that display");
+  }
   if (options.display.empty() && options.frames.empty()) {
     throw UsageError("", "it is not said of which display", "give --display or --misalignment");
   }
@@ -170,6 +181,30 @@ OptionTable Describe(SynthPhotosOptions& o) {
        number("seed", "of the noise", &o.seed, 0, 1e9, "--seed")}};
 }
 
+namespace {
+
+std::string PhotoName(const View& camera, const Shot& shot, std::size_t num_shots) {
+  return num_shots > 1 ? fmt::format("{}_{}", camera.name, shot.name) : camera.name;
+}
+
+// No photograph may be written over another one.
+void CheckNames(const std::vector<Shot>& shots, const std::vector<View>& cameras) {
+  std::set<std::string> names;
+  for (const Shot& shot : shots) {
+    for (const View& camera : cameras) {
+      const std::string name = PhotoName(camera, shot, shots.size());
+      if (names.insert(name).second) continue;
+      throw InputError(name,
+                       fmt::format("would be the name of two photographs (the second: camera "
+                                   "\"{}\", shot \"{}\")",
+                                   camera.name, shot.name),
+                       "give every shot and camera a name of its own");
+    }
+  }
+}
+
+}  // namespace
+
 int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress& progress) {
   const std::vector<Shot> shots = Shots(options);
   Prototype prototype;
@@ -189,6 +224,7 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
     exposure = white > 0 ? 1 / white : 1;
   }
   const Sensor sensor = SensorOf(options, *exposure);
+  CheckNames(shots, cameras);
   CreateFolder(out / "images");
   std::int64_t rows = 0;
   for (const View& view : cameras) rows += view.camera.height;
@@ -199,7 +235,7 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
     prototype.shown = LoadShot(shot, prototype.calibration);
     for (const View& view : cameras) {
       View photo = view;
-      if (shots.size() > 1) photo.name = fmt::format("{}_{}", view.name, shot.name);
+      photo.name = PhotoName(view, shot, shots.size());
       photo.image = out / "images" / fmt::format("{}.{}", photo.name, options.format);
       const Image<Rgb> light =
           PhotographPrototype(prototype, CameraOf(view, options), options.samples, progress);

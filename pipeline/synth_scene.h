@@ -15,8 +15,9 @@ namespace lamella {
 //   transforms.json    exact cameras and poses (nerfstudio form); row and column in a grid
 //   recipe.toml        the recipe with every value, to make the same capture again
 //   degradation.json   what was drawn at random for each photograph (docs/formats.md)
-// A file's bytes depend on the recipe alone. Photographs of an earlier call that this one does not
-// make are removed. Returns the number of photographs. UsageError as Check(Recipe).
+// A file's bytes depend on the recipe alone (recipe.toml names meshes and pictures by whole paths).
+// Photographs of an earlier call that this one does not make are removed. Returns the number of
+// photographs. UsageError as Check(Recipe).
 int SynthScene(Recipe recipe, const std::filesystem::path& out, Progress& progress);
 
 }  // namespace lamella

@@ -27,7 +27,7 @@ bool BringsCameras(const fs::path& input) { return IsHciGrid(input) || IsTransfo
 
 // The input as a folder or a .json file; what names parameters.cfg means its folder.
 fs::path Input(const CaptureOptions& options) {
-  const fs::path input = Absolute(options.input);
+  fs::path input = Absolute(options.input);
   std::error_code error;
   if (!fs::exists(input, error)) {
     throw InputError(options.input, "does not exist",

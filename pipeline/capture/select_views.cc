@@ -47,10 +47,7 @@ std::vector<bool> SelectViews(const std::vector<std::string>& names, const std::
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (!Meets(names[i], pattern.text)) continue;
       met = true;
-      if (pattern.leaves_out)
-        left_out[i] = true;
-      else
-        chosen[i] = true;
+      (pattern.leaves_out ? left_out : chosen)[i] = true;
     }
     if (!met) {
       throw UsageError(kFlag, fmt::format("no view is called \"{}\"", pattern.text),

@@ -120,7 +120,7 @@ void Colmap::Require(const std::string& verb, const Outcome& outcome) const {
 }
 
 fs::path Colmap::FreshFolder(const std::string& name) {
-  const fs::path folder = folder_ / fmt::format("{}_{}", name, ++attempts_);
+  fs::path folder = folder_ / fmt::format("{}_{}", name, ++attempts_);
   CreateFolder(folder);
   return folder;
 }

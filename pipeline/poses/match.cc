@@ -112,7 +112,8 @@ void FindBestTwo(const PackedDescriptors& a, const PackedDescriptors& b, BestTwo
       hn::StoreU(of_features.index, d, &of_b.index[static_cast<std::size_t>(start)]);
     }
     for (int q = 0; q < kQueries; ++q) {
-      Reduce(d, of_query[q], static_cast<std::size_t>(first + q), of_a);
+      const int query = first + q;
+      Reduce(d, of_query[q], static_cast<std::size_t>(query), of_a);
     }
   }
 }

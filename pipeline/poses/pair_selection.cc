@@ -42,7 +42,7 @@ std::vector<std::pair<int, int>> AllPairs(int images) {
 
 std::vector<std::pair<int, int>> SelectPairs(const std::vector<ImageFeatures>& images,
                                              Progress& progress) {
-  const std::vector<std::pair<int, int>> all = AllPairs(static_cast<int>(images.size()));
+  std::vector<std::pair<int, int>> all = AllPairs(static_cast<int>(images.size()));
   if (images.size() <= kAllPairsUpTo) return all;
   std::vector<PackedDescriptors> largest;
   for (const ImageFeatures& image : images) largest.emplace_back(Largest(image));

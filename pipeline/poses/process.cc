@@ -15,8 +15,6 @@
 
 #include "lightfield/error.h"
 
-extern char** environ;
-
 namespace lamella {
 namespace fs = std::filesystem;
 namespace {
@@ -61,7 +59,9 @@ std::vector<std::string> Environment(const Command& command) {
   for (char** entry = environ; *entry != nullptr; ++entry) {
     if (!overridden(*entry)) environment.emplace_back(*entry);
   }
-  for (const auto& [name, value] : command.environment) environment.push_back(name + "=" + value);
+  for (const auto& [name, value] : command.environment) {
+    environment.push_back(fmt::format("{}={}", name, value));
+  }
   return environment;
 }
 

@@ -22,7 +22,7 @@ Vector3d DirectionOf(const Camera& pinhole, const Vector2d& pixel) {
 // distortion folds over.
 std::optional<Vector2d> Source(const Camera& camera, const Camera& pinhole, const Vector2d& pixel) {
   PixelJacobian jacobian;
-  const auto source = Project(camera, DirectionOf(pinhole, pixel), &jacobian);
+  auto source = Project(camera, DirectionOf(pinhole, pixel), &jacobian);
   if (!source || jacobian.point.leftCols<2>().determinant() <= 0) return std::nullopt;
   return source;
 }

@@ -113,17 +113,26 @@ int Main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "lamella: not enough memory; use a lower --quality or fewer --views\n");
     return static_cast<int>(ExitCode::kMachine);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "lamella: a bug: {}; please report it with the command that you typed\n",
-               error.what());
-    return static_cast<int>(ExitCode::kBug);
   }
+}
+
+// Throws nothing, unlike fmt::print.
+int ReportBug(const char* what) {
+  std::fprintf(stderr, "lamella: a bug: %s; please report it with the command that you typed\n",
+               what);
+  return static_cast<int>(ExitCode::kBug);
 }
 
 }  // namespace
 }  // namespace lamella
 
 int main(int argc, char** argv) {
-  lamella::EndAtOnceOnInterrupt();
-  return lamella::Main(argc, argv);
+  try {
+    lamella::EndAtOnceOnInterrupt();
+    return lamella::Main(argc, argv);
+  } catch (const std::exception& error) {
+    return lamella::ReportBug(error.what());
+  } catch (...) {
+    return lamella::ReportBug("something was thrown that is no exception");
+  }
 }

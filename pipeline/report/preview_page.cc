@@ -92,10 +92,11 @@ std::string ForScript(const Json& json) {
   std::string safe;
   safe.reserve(text.size());
   for (const char c : text) {
-    if (c == '<')
+    if (c == '<') {
       safe += "\\u003c";
-    else
+    } else {
       safe += c;
+    }
   }
   return safe;
 }

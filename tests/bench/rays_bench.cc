@@ -74,7 +74,8 @@ void BareDepth(const EmbreeMesh& mesh, const RayBundle& bundle, ImageSpan<float>
   for (int y = 0; y < kHeight; y += 4) {
     for (int x = 0; x < kWidth; x += 4) {
       for (int i = 0; i < 16; ++i) {
-        const auto u = static_cast<float>(x + i % 4), v = static_cast<float>(y + i / 4);
+        const int column = x + i % 4, row = y + i / 4;
+        const auto u = static_cast<float>(column), v = static_cast<float>(row);
         rays.ray.dir_x[i] = first.x() + u * dx.x() + v * dy.x();
         rays.ray.dir_y[i] = first.y() + u * dx.y() + v * dy.y();
         rays.ray.dir_z[i] = first.z() + u * dx.z() + v * dy.z();
@@ -138,7 +139,9 @@ void DepthOfAMesh(benchmark::State& state) {
   }
   double worst = 0;  // the loops ask the same: in single precision they agree
   for (std::size_t i = 0; i < t.size(); ++i) {
-    worst = std::max(worst, std::abs(double{t.data()[i]} / double{bare_t.data()[i]} - 1));
+    worst = std::max(
+        worst,
+        std::abs(static_cast<double>(t.data()[i]) / static_cast<double>(bare_t.data()[i]) - 1));
   }
   if (!(worst < 1e-3)) state.SkipWithError("the bare loop sees something else");
   Report(state, &bare, &depth);

@@ -29,7 +29,7 @@ using testing::HasSubstr;
 class MeshFile : public testing::Test {
  protected:
   std::filesystem::path Write(const std::string& name, const std::string& bytes) const {
-    const std::filesystem::path path = scratch_ / name;
+    std::filesystem::path path = scratch_ / name;
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
   }

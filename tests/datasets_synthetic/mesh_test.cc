@@ -118,14 +118,14 @@ TEST_P(MeshAt, IsQueriedWhereItsTrianglesAre) {
         ASSERT_EQ(std::isfinite(t(x, y)), expected.t.has_value()) << x << " " << y;
         const double near = expected.t.value_or(kInfinity);
         if (expected.t) {
-          EXPECT_NEAR(double{t(x, y)}, near, 1e-6 * (2 + std::abs(near)));
+          EXPECT_NEAR(static_cast<double>(t(x, y)), near, 1e-6 * (2 + std::abs(near)));
         }
         hits += expected.t ? 1 : 0;
         const auto ball_t = Intersect(ball, ray, t_min, kInfinity);  // proved in scene_test
         const double nearest = std::min(near, ball_t.value_or(kInfinity));
         on_ball += nearest < near ? 1 : 0;
         if (std::isfinite(nearest)) {
-          EXPECT_NEAR(double{t_both(x, y)}, nearest, 1e-6 * (2 + std::abs(nearest)));
+          EXPECT_NEAR(static_cast<double>(t_both(x, y)), nearest, 1e-6 * (2 + std::abs(nearest)));
         } else {
           EXPECT_TRUE(std::isinf(t_both(x, y)));
         }
@@ -317,7 +317,7 @@ TEST(Mesh, FocalLengthsFromOnePixelToAMillion) {
     for (int y = 0; y < 64; ++y) {
       for (int x = 0; x < 64; ++x) {
         const double expected = 100 / (1 - 1e-4 * (x + 0.5 - 32) / focal);
-        EXPECT_NEAR(double{depth(x, y)}, expected, 1e-6 * expected);
+        EXPECT_NEAR(static_cast<double>(depth(x, y)), expected, 1e-6 * expected);
       }
     }
   }
@@ -343,7 +343,7 @@ TEST(Mesh, OfTenMillionTrianglesIsTraced) {
     for (int x = 0; x < 320; ++x) {
       const Vector3d d = bundle.RayAt(x + 0.5, y + 0.5).direction;
       const double expected = 6 / (1 - 0.5 * d.x() + 0.25 * d.y());
-      ASSERT_NEAR(double{depth(x, y)}, expected, 1e-5 * expected) << x << " " << y;
+      ASSERT_NEAR(static_cast<double>(depth(x, y)), expected, 1e-5 * expected) << x << " " << y;
     }
   }
 }

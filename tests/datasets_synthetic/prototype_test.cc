@@ -360,12 +360,9 @@ TEST(Prototype, StandsExtremes) {
     camera.camera_from_display.translation = -(camera.camera_from_display.rotation * (1000 * away));
     camera.camera.fx = camera.camera.fy = 4000;
     const Image<Rgb> photo = Photo(prototype, camera);
-    float largest = 0;
     for (std::size_t i = 0; i < photo.size(); ++i) {
       ASSERT_TRUE(std::isfinite(photo.data()[i].g));
-      largest = std::max(largest, photo.data()[i].g);
     }
-    EXPECT_GE(largest, 0);
   }
   // A panel of one pixel, seen through a gap of nothing.
   Prototype one = Bare(White);

@@ -28,10 +28,12 @@ Surface Plain(Shape shape) {
 
 // |o + t d - c|^2 = r^2, the smaller root in front.
 std::optional<double> SphereHit(const Sphere& sphere, const Ray& ray) {
-  long double a = 0, b = 0, c = -static_cast<long double>(sphere.radius) * sphere.radius;
+  const auto radius = static_cast<long double>(sphere.radius);
+  long double a = 0, b = 0, c = -radius * radius;
   for (int i = 0; i < 3; ++i) {
-    const long double o = static_cast<long double>(ray.origin[i]) - sphere.centre[i];
-    const long double d = ray.direction[i];
+    const auto o =
+        static_cast<long double>(ray.origin[i]) - static_cast<long double>(sphere.centre[i]);
+    const auto d = static_cast<long double>(ray.direction[i]);
     a += d * d;
     b += o * d;
     c += o * o;

@@ -61,7 +61,7 @@ TEST(Textures, GratingsAndCheckersAreMeansOverTheFootprint) {
     for (const Vector3d& p :
          {Vector3d(0, 0, 0), Vector3d(0.13, 0.22, 0), Vector3d(-0.71, 3.31, 0)}) {
       const auto at = [&](const Texture& texture) {
-        return double{ColorAt(texture, p, w, Vector3d::UnitZ()).g};
+        return static_cast<double>(ColorAt(texture, p, w, Vector3d::UnitZ()).g);
       };
       EXPECT_NEAR(at(grating), MeanOver(sinusoid, p.x(), p.y(), w), 1e-4) << w;
       EXPECT_NEAR(at(checker), MeanOver(squares, p.x(), p.y(), w), 0.006) << w;
@@ -166,11 +166,11 @@ TEST(ImageTexture, LevelsKeepTheMeanWhateverTheSize) {
     double mean = 0;
     for (std::size_t i = 0; i < picture.size(); ++i) {
       picture.data()[i].g = static_cast<float>((i * 2654435761U) % 1000) / 1000;
-      mean += double{picture.data()[i].g} / static_cast<double>(picture.size());
+      mean += static_cast<double>(picture.data()[i].g) / static_cast<double>(picture.size());
     }
     const ImageTexture texture = MakeImageTexture(std::move(picture));
     EXPECT_EQ(texture.pyramid->levels.back().size(), 1U);
-    EXPECT_NEAR(double{texture.pyramid->levels.back()(0, 0).g}, mean, 1e-6);
+    EXPECT_NEAR(static_cast<double>(texture.pyramid->levels.back()(0, 0).g), mean, 1e-6);
   }
 }
 
@@ -235,8 +235,8 @@ TEST(Gloss, IsWhereTheFormulaPutsItAndMovesWithTheView) {
         const Vector3d r(-l.x(), -l.y(), l.z());
         const double expected =
             0.2 + 0.5 * l.z() + 0.5 * 0.4 * std::pow(std::max(0.0, r.dot(v)), 25);
-        EXPECT_NEAR(double{samples(x, y).color.g}, expected, 1e-5);
-        const double highlight = double{samples(x, y).color.g} - 0.5 * l.z();
+        EXPECT_NEAR(static_cast<double>(samples(x, y).color.g), expected, 1e-5);
+        const double highlight = static_cast<double>(samples(x, y).color.g) - 0.5 * l.z();
         if (highlight <= brightest[view]) continue;
         brightest[view] = highlight;
         place[view] = p.head<2>();
@@ -298,7 +298,7 @@ TEST(Lighting, MeshesThrowShadowsButNotOnThemselves) {
           ++on_ball;
           const double facing = p.normalized().dot((Vector3d(0, 0, 6) - p).normalized());
           if (facing > 0.02) {
-            EXPECT_NEAR(double{g}, facing, 0.01) << x << " " << y;
+            EXPECT_NEAR(static_cast<double>(g), facing, 0.01) << x << " " << y;
           }
         } else {
           // The cone about the ball: sin = 0.5 / 6, 8 units from the lamp to the wall.

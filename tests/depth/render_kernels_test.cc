@@ -33,8 +33,9 @@ struct RandomQuads {
     for (int i = 0; i < count + kQuadPadding; ++i) {
       const float x = number(-3, 40), y = number(-3, 30);
       for (int k = 0; k < 4; ++k) {
-        u[k].push_back(x + size * (static_cast<float>(k % 2) + number(-0.3F, 0.3F)));
-        v[k].push_back(y + size * (static_cast<float>(k / 2) + number(-0.3F, 0.3F)));
+        const int right = k % 2, below = k / 2;
+        u[k].push_back(x + size * (static_cast<float>(right) + number(-0.3F, 0.3F)));
+        v[k].push_back(y + size * (static_cast<float>(below) + number(-0.3F, 0.3F)));
         n[k].push_back(number(0, 1));
       }
       drawn.push_back(random() % 8 != 0);
@@ -60,15 +61,16 @@ struct Bounds {
 
 void Consider(const RandomQuads& q, std::size_t i, int a, int b, int c, double x, double y,
               Bounds& bounds) {
-  const auto u = [&](int k) { return double{q.u[k][i]}; };
-  const auto v = [&](int k) { return double{q.v[k][i]}; };
+  const auto u = [&](int k) { return static_cast<double>(q.u[k][i]); };
+  const auto v = [&](int k) { return static_cast<double>(q.v[k][i]); };
   const double area = (u(b) - u(a)) * (v(c) - v(a)) - (u(c) - u(a)) * (v(b) - v(a));
   if (!(area > 0)) return;
   const double beta = ((x - u(a)) * (v(c) - v(a)) - (u(c) - u(a)) * (y - v(a))) / area;
   const double gamma = ((u(b) - u(a)) * (y - v(a)) - (x - u(a)) * (v(b) - v(a))) / area;
   const double least = std::min({beta, gamma, 1 - beta - gamma});
-  const double n = double{q.n[a][i]} + beta * double{q.n[b][i] - q.n[a][i]} +
-                   gamma * double{q.n[c][i] - q.n[a][i]};
+  const double n = static_cast<double>(q.n[a][i]) +
+                   beta * static_cast<double>(q.n[b][i] - q.n[a][i]) +
+                   gamma * static_cast<double>(q.n[c][i] - q.n[a][i]);
   if (least > 1e-4) bounds.sure = std::max(bounds.sure, n);
   if (least > -2e-3) bounds.possible = std::max(bounds.possible, n);
 }
@@ -95,8 +97,10 @@ TEST(DrawQuads, EqualsEveryTriangleAtEveryPointOnEveryTarget) {
       for (int y = 0; y < raster.height(); ++y) {
         for (int x = 0; x < raster.width(); ++x) {
           const Bounds bounds = Expected(quads, count, x, y);
-          ASSERT_GE(double{raster(x, y)}, bounds.sure - 1e-3) << size << " " << x << "," << y;
-          ASSERT_LE(double{raster(x, y)}, bounds.possible + 1e-3) << size << " " << x << "," << y;
+          ASSERT_GE(static_cast<double>(raster(x, y)), bounds.sure - 1e-3)
+              << size << " " << x << "," << y;
+          ASSERT_LE(static_cast<double>(raster(x, y)), bounds.possible + 1e-3)
+              << size << " " << x << "," << y;
         }
       }
       if (first.empty()) first = raster.Clone();
@@ -131,15 +135,16 @@ TEST(MapVertices, EqualsTheMapAndMarksWhatIsBehind) {
   ForEveryTarget([&] {
     MapVertices(local, 0.5F, da.data(), 3.0F, w.data(), 33, u.data(), v.data(), n.data());
     for (std::size_t i = 0; i < 33; ++i) {
-      const Eigen::Vector4d out = map * Eigen::Vector4d(20 + double{da[i]}, 13, 1, double{w[i]});
+      const Eigen::Vector4d out =
+          map * Eigen::Vector4d(20 + static_cast<double>(da[i]), 13, 1, static_cast<double>(w[i]));
       if (i == 20) {
         ASSERT_LT(out.z(), 0);
         ASSERT_TRUE(std::isnan(u[i]));
         continue;
       }
-      ASSERT_NEAR(double{u[i]}, out.x() / out.z(), 1e-4);
-      ASSERT_NEAR(double{v[i]}, out.y() / out.z(), 1e-4);
-      ASSERT_NEAR(double{n[i]}, out.w() / out.z(), 1e-6);
+      ASSERT_NEAR(static_cast<double>(u[i]), out.x() / out.z(), 1e-4);
+      ASSERT_NEAR(static_cast<double>(v[i]), out.y() / out.z(), 1e-4);
+      ASSERT_NEAR(static_cast<double>(n[i]), out.w() / out.z(), 1e-6);
     }
   });
 }
@@ -191,8 +196,9 @@ struct SmallView {
 void FillTile(int count, TileRays& rays) {
   rays.count = count;
   for (std::size_t i = 0; i < kTileRays; ++i) {
-    rays.du[i] = static_cast<float>(i % kTile) + 0.5F - 16;
-    rays.dv[i] = static_cast<float>(i / kTile) + 0.5F - 16;
+    const std::size_t column = i % kTile, row = i / kTile;
+    rays.du[i] = static_cast<float>(column) + 0.5F - 16;
+    rays.dv[i] = static_cast<float>(row) + 0.5F - 16;
     rays.nearness[i] = 0.16F + 0.0001F * static_cast<float>((i * 37) % 1400);
     rays.weight[i] = i % 5 == 0 ? 3.0F : 0.0F;
     rays.seen[i] = i % 3 == 0 ? 0.6F : 0.2F;
@@ -217,20 +223,22 @@ TEST(SeeTile, EqualsTheFormulasRayByRayOnEveryTarget) {
           const bool left_out = unseen_only && before.seen[i] > 0.5F;
           const reference::Added added =
               left_out ? reference::Added()
-                       : reference::Add(small.view, double{rays.du[i]}, double{rays.dv[i]},
-                                        double{rays.nearness[i]});
-          ASSERT_NEAR(double{rays.seen[i] - before.seen[i]}, added.visible, 2e-3) << i;
-          ASSERT_NEAR(double{rays.confidence[i]}, added.confidence, 2e-2) << i;
+                       : reference::Add(small.view, static_cast<double>(rays.du[i]),
+                                        static_cast<double>(rays.dv[i]),
+                                        static_cast<double>(rays.nearness[i]));
+          ASSERT_NEAR(static_cast<double>(rays.seen[i] - before.seen[i]), added.visible, 2e-3) << i;
+          ASSERT_NEAR(static_cast<double>(rays.confidence[i]), added.confidence, 2e-2) << i;
           const bool active_here =
               next < active.count &&
               active.ray[static_cast<std::size_t>(next)] == static_cast<std::int32_t>(i);
-          const double least = 1e-3 * double{before.weight[i]};
+          const double least = 1e-3 * static_cast<double>(before.weight[i]);
           if (added.weight > 1.1 * least && added.weight > 0) {
             ASSERT_TRUE(active_here) << i;
             const auto at = static_cast<std::size_t>(next);
-            ASSERT_NEAR(double{active.x[at]}, added.x, 1e-3);
-            ASSERT_NEAR(double{active.y[at]}, added.y, 1e-3);
-            ASSERT_NEAR(double{active.weight[at]}, added.weight, 2e-3 + 2e-3 * added.weight);
+            ASSERT_NEAR(static_cast<double>(active.x[at]), added.x, 1e-3);
+            ASSERT_NEAR(static_cast<double>(active.y[at]), added.y, 1e-3);
+            ASSERT_NEAR(static_cast<double>(active.weight[at]), added.weight,
+                        2e-3 + 2e-3 * added.weight);
           } else if (added.weight < 0.9 * least || left_out) {
             ASSERT_FALSE(active_here) << i;
           }
@@ -265,10 +273,10 @@ TEST(AddColors, EqualsTheFilterByItsDefinitionOnEveryTarget) {
           const float* sum = rays.color[3 * k].channels;
           sums.insert(sums.end(), sum, sum + 3);
           for (int c = 0; c < 3; ++c) {
-            ASSERT_NEAR(
-                double{sum[c]},
-                0.5 * reference::ColorAt(level, cubic, double{active.x[k]}, double{active.y[k]}, c),
-                1e-4)
+            ASSERT_NEAR(static_cast<double>(sum[c]),
+                        0.5 * reference::ColorAt(level, cubic, static_cast<double>(active.x[k]),
+                                                 static_cast<double>(active.y[k]), c),
+                        1e-4)
                 << k;
           }
         }
@@ -299,7 +307,7 @@ TEST(ColorPyramid, KeepsColoursAsHalfFloatsToThreeDigits) {
 
 TEST(ColorPyramid, ChoosesAnExponentThatFits) {
   for (const float largest : {1e-30F, 1e-8F, 0.5F, 1.0F, 3.0F, 1e8F, 1e30F}) {
-    const double scaled = std::ldexp(double{largest}, ColorExponent(largest));
+    const double scaled = std::ldexp(static_cast<double>(largest), ColorExponent(largest));
     EXPECT_LT(scaled, 32768.001);
     EXPECT_GE(scaled, 16383.9);
   }
@@ -352,7 +360,7 @@ TEST(ResizeArea, KeepsTheMeanAndAveragesWhatAPixelCovers) {
   const Image<Rgb> odd = ResizeArea(picture.span(), 4, 3);
   EXPECT_NEAR(odd(0, 0).r, (2.0F / 3 * 0 + 1.0F / 3 * 1) + 10 * 0.25F, 1e-5F);
   double sum = 0;
-  for (std::size_t i = 0; i < odd.size(); ++i) sum += double{odd.data()[i].r};
+  for (std::size_t i = 0; i < odd.size(); ++i) sum += static_cast<double>(odd.data()[i].r);
   EXPECT_NEAR(sum / 12, 17.5, 1e-5);
   const Image<Rgb> same = ResizeArea(picture.span(), 6, 4);
   EXPECT_EQ(same(5, 3).r, 35);
@@ -368,8 +376,8 @@ TEST(LocalMap, KeepsItsDigitsFarFromTheOrigin) {
   const Eigen::Vector4d exact = map * Eigen::Vector4d(3e5 + 2.25, 21, 1, 0.7500001);
   const LocalMap::Out out = local(2.25F, 1.0F, 1e-7F, 0.7500001F);
   const double at = (map * Eigen::Vector4d(3e5, 20, 1, 0.75)).x() / 1.75;
-  EXPECT_NEAR(double{out.x - local.x0}, exact.x() / exact.z() - at, 0.02);
-  EXPECT_NEAR(double{out.y}, exact.y() / exact.z(), 1e-5);
+  EXPECT_NEAR(static_cast<double>(out.x - local.x0), exact.x() / exact.z() - at, 0.02);
+  EXPECT_NEAR(static_cast<double>(out.y), exact.y() / exact.z(), 1e-5);
 }
 
 }  // namespace

@@ -20,7 +20,10 @@ using testing_scene::TwoPlanes;
 constexpr int kWidth = 160, kHeight = 120;
 constexpr double kFocal = 150;
 
-Eigen::Vector3d CentreOf(int i) { return {0.4 * (i % 3 - 1), 0.4 * (i / 3 - 1), 0.02 * i}; }
+Eigen::Vector3d CentreOf(int i) {
+  const int column = i % 3, row = i / 3;
+  return {0.4 * (column - 1), 0.4 * (row - 1), 0.02 * i};
+}
 
 // Nine views on a square of side 0.8, each slightly turned.
 std::vector<DepthView> NineViews(const Scene& scene, const Eigen::Vector3d& offset = {0, 0, 0}) {
@@ -275,7 +278,7 @@ TEST(CaptureSource, RaysThatNoViewSawAreMarkedAndKeepAPlausibleColour) {
     for (int x = 0; x < kWidth; ++x) {
       const Ray ray = bundle.RayAt(x + 0.5, y + 0.5);
       const Eigen::Vector3d point = ray.origin + scene.Trace(ray).t * ray.direction;
-      const bool inside = std::abs(kFocal * point.x() / point.z()) < kWidth / 2;
+      const bool inside = std::abs(kFocal * point.x() / point.z()) < 0.5 * kWidth;
       seen(x, y) = inside && std::abs(scene.Trace({{0, 0, 0}, point}).t - 1) < 1e-6 ? 1 : 0;
     }
   }

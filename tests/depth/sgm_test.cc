@@ -48,7 +48,7 @@ void ExpectEqualToReference(const CostVolume& cost, const Image<std::uint8_t>& g
     if (winner > 0 && winner + 1 < cost.labels) {
       const double a = s[static_cast<std::size_t>(winner - 1)],
                    b = s[static_cast<std::size_t>(winner)],
-                   c = s[static_cast<std::size_t>(winner + 1)];
+                   c = s[static_cast<std::size_t>(winner) + 1];
       label += (a - c) / (2 * (a + c - 2 * b));
       int second = 1 << 30;
       for (int d = 0; d < cost.labels; ++d) {

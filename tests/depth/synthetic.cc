@@ -88,8 +88,9 @@ Picture Render(const std::vector<Panel>& panels, const Camera& camera,
     for (int x = 0; x < camera.width; ++x) {
       Vector3d sum = Vector3d::Zero();
       for (int i = 0; i < kSide * kSide; ++i) {
+        const int column = i % kSide, row = i / kSide;
         sum += Trace(panels, world_from_camera.translation,
-                     ray(x + (i % kSide + 0.5) / kSide, y + (i / kSide + 0.5) / kSide))
+                     ray(x + (column + 0.5) / kSide, y + (row + 0.5) / kSide))
                    .color;
       }
       const auto code = [&](int c) {

@@ -290,7 +290,8 @@ double SeenPsnr(const AnalyticScene& scene, const Display& display, const LayerI
     for (int x = 0; x < eye.width; ++x) {
       double direct = 0;
       for (int i = 0; i < 9; ++i) {
-        const RaySample sample = scene.Trace(rays.RayAt(3 * x + i % 3 + 0.5, 3 * y + i / 3 + 0.5));
+        const int u = 3 * x + i % 3, v = 3 * y + i / 3;
+        const RaySample sample = scene.Trace(rays.RayAt(u + 0.5, v + 0.5));
         direct += static_cast<double>(sample.color.g) / 9;
       }
       sum += std::pow(direct - static_cast<double>(seen.color(x, y).g), 2);

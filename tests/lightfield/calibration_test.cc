@@ -106,6 +106,16 @@ TEST(DesignCalibration, MagnifiesWhatARelayShows) {
   EXPECT_NEAR(hit->emitter.x(), 24 + (3 - 1.25 * 3 * s) / 0.5, 1e-9);
 }
 
+TEST(DesignCalibration, IsPossibleForEveryMagnificationOfADisplay) {
+  for (const double magnification : {0.01, 0.5, 2.0, 50.0}) {
+    Display display = TwoLayers();
+    for (Layer& layer : display.layers) layer.magnification = magnification;
+    display.viewing_distance_mm = 1e6;
+    lamella::Check(display, "test");
+    EXPECT_NO_THROW(lamella::Check(DesignCalibration(display), "test")) << magnification;
+  }
+}
+
 TEST(LightOfCode, FollowsItsCurve) {
   EXPECT_NEAR(LightOfCode({ToneCurve::Kind::kGamma, 2.0, {}}, 0.5), 0.25, 1e-15);
   EXPECT_NEAR(LightOfCode({}, 128 / 255.0), 0.2158605, 1e-6);  // IEC 61966-2-1

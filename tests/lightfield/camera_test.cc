@@ -91,10 +91,11 @@ TEST(Project, HasTheJacobianOfDifferences) {
         const auto moved = [&](double step) {
           Camera c = camera;
           double* parameters[] = {&c.fx, &c.fy, &c.cx, &c.cy};
-          if (i < 4)
+          if (i < 4) {
             *parameters[i] += step;
-          else
+          } else {
             c.distortion[static_cast<std::size_t>(i - 4)] += step;
+          }
           return *Project(c, point);
         };
         const Vector2d slope = (moved(kStep) - moved(-kStep)) / (2 * kStep);

@@ -32,7 +32,7 @@ OptionTable Describe(Sample& s) {
 }
 
 std::filesystem::path FileWith(const std::string& text) {
-  const auto path = ScratchFolder() / "options_test.toml";
+  auto path = ScratchFolder() / "options_test.toml";
   std::ofstream(path) << text;
   return path;
 }

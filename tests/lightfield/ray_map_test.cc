@@ -2,6 +2,7 @@
 #include "lightfield/ray_map.h"
 
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include <gtest/gtest.h>
@@ -171,7 +172,7 @@ TEST(RayMap, SeesNothingBesideThePanel) {
   EXPECT_FALSE(map.SeenColumn(-edge - 1e-9, 0));
   EXPECT_FALSE(map.SeenColumn(0, 10));  // the emitter would be beyond the edge
   EXPECT_FALSE(map.SeenColumn(std::nan(""), 0));
-  EXPECT_FALSE(map.SeenColumn(0, INFINITY));
+  EXPECT_FALSE(map.SeenColumn(0, std::numeric_limits<double>::infinity()));
 }
 
 TEST(RayMap, HoldsWithAViewerAlmostInsideTheDisplayAndAPeriodOfOne) {

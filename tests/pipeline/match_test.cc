@@ -37,7 +37,8 @@ Descriptors NoisyCopies(const Descriptors& of, unsigned seed) {
   Descriptors copies = RandomDescriptors(of.count / 3, seed + 1);
   for (int i = of.count - 1; i >= 0; i -= 2) {
     for (int k = 0; k < Descriptors::kLength; ++k) {
-      const int old = of.rows[static_cast<std::size_t>(i * Descriptors::kLength + k)];
+      const int at = i * Descriptors::kLength + k;
+      const int old = of.rows[static_cast<std::size_t>(at)];
       copies.rows.push_back(static_cast<std::uint8_t>(std::clamp(old + change(random), 0, 255)));
     }
     ++copies.count;

@@ -50,7 +50,8 @@ class RealViews : public testing::Test {
   void TearDown() override { fs::remove_all(scratch_); }
 
   const View& At(int row, int column) const {
-    return cameras_[static_cast<std::size_t>(9 * row + column)];
+    const int view = 9 * row + column;
+    return cameras_[static_cast<std::size_t>(view)];
   }
 
   // PSNR of what is rendered at `place` against the photograph of `photograph`.

@@ -62,7 +62,7 @@ TEST(DepthRecord, PointsAreABinaryPly) {
 
 // A workspace whose stage poses has left a 3x3 grid before a slanted wall.
 Workspace GridWorkspace(const fs::path& root) {
-  const Workspace workspace(root);
+  Workspace workspace(root);
   CreateFolder(workspace.Stage("poses"));
   ViewSet set;
   set.views = synthetic::MakeGrid(3, 3, 64, 80, 0.2, 9);

@@ -35,7 +35,7 @@ EmitterImage Emitters(int layer, int slot, int columns, int rows) {
 }
 
 Workspace WithLayers(const std::string& name) {
-  const Workspace workspace(ScratchFolder());
+  Workspace workspace(ScratchFolder());
   LayersRecord record;
   record.display = FindDisplay(name);
   record.display.width_px = kWidth;

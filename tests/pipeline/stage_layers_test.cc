@@ -56,7 +56,7 @@ Drawn Draw(const View& view) {
 }
 
 Workspace WithCapture() {
-  const Workspace workspace(ScratchFolder());
+  Workspace workspace(ScratchFolder());
   CreateFolder(workspace.Stage("poses"));
   CreateFolder(workspace.Stage("depth"));
   ViewSet set;

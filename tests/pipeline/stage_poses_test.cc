@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 StageReport Capture(const Workspace& workspace, const CaptureOptions& options) {
   StageRun run(workspace, "capture", HashCaptureInput(options), "");
-  const StageReport report = RunCapture(workspace, options, run, SilentProgress());
+  StageReport report = RunCapture(workspace, options, run, SilentProgress());
   run.Commit(report, 0, 0);
   return report;
 }
@@ -40,7 +40,7 @@ StageReport Capture(const Workspace& workspace, const CaptureOptions& options) {
 StageReport Poses(const Workspace& workspace, PosesOptions options = {}) {
   options.features = 700;  // enough here, and fast
   StageRun run(workspace, "poses", "", "");
-  const StageReport report = RunPoses(workspace, options, run, SilentProgress());
+  StageReport report = RunPoses(workspace, options, run, SilentProgress());
   run.Commit(report, 0, 0);
   return report;
 }

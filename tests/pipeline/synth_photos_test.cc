@@ -153,6 +153,9 @@ TEST(SynthPhotos, RefusesWithOneLine) {
   EXPECT_THAT(shots(R"({"format_version": 1, "shots": []})"), HasSubstr("one or more"));
   EXPECT_THAT(shots(R"({"format_version": 1, "shots": [{"name": "a", "layers": []}]})"),
               HasSubstr("is of 0 layers, the display has 1"));
+  EXPECT_THAT(shots(R"({"format_version": 1, "shots": [{"name": "a", "layers": [{}]},
+                                                       {"name": "a", "layers": [{}]}]})"),
+              HasSubstr("the name of two photographs"));
   EXPECT_THAT(
       shots(R"({"format_version": 1, "shots": [{"name": "a", "layers": [{"emiter": []}]}]})"),
       HasSubstr("did you mean \"emitter\""));

@@ -89,8 +89,8 @@ Image<Rgb> PhotographRoom(const Camera& camera, const Rigid& camera_from_world, 
     for (int x = 0; x < camera.width; ++x) {
       Rgb sum;
       for (int s = 0; s < kSamples * kSamples; ++s) {
-        const Eigen::Vector2d pixel(x + (s % kSamples + 0.5) / kSamples,
-                                    y + (s / kSamples + 0.5) / kSamples);
+        const int column = s % kSamples, row = s / kSamples;
+        const Eigen::Vector2d pixel(x + (column + 0.5) / kSamples, y + (row + 0.5) / kSamples);
         const auto direction = Unproject(camera, pixel);
         if (!direction) continue;
         sum +=

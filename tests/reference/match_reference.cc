@@ -9,8 +9,8 @@ namespace {
 int DotProduct(const Descriptors& a, int i, const Descriptors& b, int j) {
   int sum = 0;
   for (int k = 0; k < Descriptors::kLength; ++k) {
-    sum += a.rows[static_cast<std::size_t>(i * Descriptors::kLength + k)] *
-           b.rows[static_cast<std::size_t>(j * Descriptors::kLength + k)];
+    const int of_a = i * Descriptors::kLength + k, of_b = j * Descriptors::kLength + k;
+    sum += a.rows[static_cast<std::size_t>(of_a)] * b.rows[static_cast<std::size_t>(of_b)];
   }
   return sum;
 }
