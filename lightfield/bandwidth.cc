@@ -22,6 +22,12 @@ double CutoffPerMm(double offset_mm, double d0_mm, double dx_mm, double du_mm) {
   return std::min(d0_mm / (2 * du_mm * std::abs(offset_mm)), lattice);
 }
 
+double BeamCutoffPerMm(const AxisBeam& beam, double offset_mm, double dx_mm) {
+  const double widest =
+      std::max({dx_mm, beam.OpeningBlurMm(offset_mm), beam.EmitterBlurMm(offset_mm)});
+  return 1 / (2 * widest);
+}
+
 std::vector<double> EqualRangePositionsMm(int layers, double sharp_range_mm) {
   std::vector<double> positions;
   for (int l = 0; l < layers; ++l) {

@@ -13,6 +13,10 @@ namespace lamella {
 double SharpRangeMm(double d0_mm, double dx_mm, double du_mm);  // z_max = d0 dx/du
 // Eq. 1 restored: min(d0/(2 du |offset|), 1/(2 dx)).
 double CutoffPerMm(double offset_mm, double d0_mm, double dx_mm, double du_mm);
+// The same with the beam's real widths: min(1/(2 dx), 1/(2 W_a), 1/(2 W_b)). Equal to Eq. 1 for
+// lenses with f = d0 as wide as the lattice; below it where a pinhole's own width spreads
+// (ranieri2012.md section 10, 16).
+double BeamCutoffPerMm(const AxisBeam& beam, double offset_mm, double dx_mm);
 
 // `layers` of them with n-th part of the directions each, which share the range +- sharp_range_mm
 // of one layer that has all (ranieri2012.md section 5, "n layers, equal depth range").

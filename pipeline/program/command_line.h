@@ -52,6 +52,7 @@ void AddStageVerbs(CLI::App& program, Invocation& invocation);
 void AddStatus(CLI::App& program, Invocation& invocation);
 void AddCompare(CLI::App& program, Invocation& invocation);
 void AddCompareImages(CLI::App& compare, Invocation& invocation);  // to the verb compare
+void AddAnalyze(CLI::App& program, Invocation& invocation);
 void AddDisplays(CLI::App& program, Invocation& invocation);
 void AddSynth(CLI::App& program, Invocation& invocation);
 void AddDoctor(CLI::App& program, Invocation& invocation);

@@ -93,6 +93,7 @@ int Main(int argc, char** argv) {
   AddStatus(program, invocation);
   AddCompare(program, invocation);
   AddDisplays(program, invocation);
+  AddAnalyze(program, invocation);
   AddViews(program, invocation);
   AddSynth(program, invocation);
   AddDoctor(program, invocation);
