@@ -94,6 +94,7 @@ int Main(int argc, char** argv) {
   AddCompare(program, invocation);
   AddDisplays(program, invocation);
   AddViews(program, invocation);
+  AddQuilt(program, invocation);
   AddSynth(program, invocation);
   AddDoctor(program, invocation);
   if (argc == 1) {
