@@ -32,12 +32,16 @@ LookingGlassWeave WeaveOf(const LookingGlass& c) {
 }
 
 double LookingGlassView(const LookingGlass& c, int column, int row, int channel) {
-  const LookingGlassWeave weave = WeaveOf(c);
+  return LookingGlassView(c, WeaveOf(c), column, row, channel);
+}
+
+double LookingGlassView(const LookingGlass& c, const LookingGlassWeave& weave, int column, int row,
+                        int channel) {
   const int from_bottom = c.height_px - 1 - row;
   double u = (column + 0.5) / c.width_px, v = (from_bottom + 0.5) / c.height_px;
   if (c.cells.empty()) {
-    u +=
-        channel * weave.subpixel;  // from the pixel's centre: `center` absorbs the third of a pixel
+    // From the pixel's centre: `center` absorbs the third of a pixel.
+    u += (c.flip_subpixels ? 2 - channel : channel) * weave.subpixel;
   } else {
     const std::size_t cell = CellOf(c.cell_pattern, column, from_bottom) % c.cells.size();
     const auto& [right, up] = c.cells[cell][static_cast<std::size_t>(channel)];
@@ -45,7 +49,8 @@ double LookingGlassView(const LookingGlass& c, int column, int row, int channel)
     v += up / c.height_px;
   }
   const double phase = (u + v * weave.tilt) * weave.lenses - c.center;
-  return 1 - (phase - std::floor(phase));
+  const double share = phase - std::floor(phase);
+  return c.invert_views ? 1 - share : share;
 }
 
 int ViewIndex(double view, int views) {

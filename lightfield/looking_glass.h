@@ -16,7 +16,11 @@ struct LookingGlass {
   double center = 0;        // phase, in lenses
   double dpi = 0;
   int width_px = 0, height_px = 0;
-  bool flip_x = false;
+  bool flip_x = false;          // mirrors the picture and the lenses' lean
+  bool flip_y = false;          // mirrors the picture
+  bool flip_subpixels = false;  // stripes B, G, R; cells name their colours themselves
+  // False: of the first generation's calibrations, whose views run the other way.
+  bool invert_views = true;
   int cell_pattern = 0;     // CellPatternMode: which cell a pixel has
   std::vector<Cell> cells;  // none: stripes
 };
@@ -29,9 +33,12 @@ struct LookingGlassWeave {
 };
 LookingGlassWeave WeaveOf(const LookingGlass& calibration);
 
-// The view that a sub-pixel belongs to, in (0, 1]: 0 is the leftmost camera (lkg_view). `row`
+// The view that a sub-pixel belongs to, in [0, 1]: 0 is the leftmost camera (lkg_view). `row`
 // counts from the top.
 double LookingGlassView(const LookingGlass& calibration, int column, int row, int channel);
+// The same where `weave`, WeaveOf(calibration), is known.
+double LookingGlassView(const LookingGlass& calibration, const LookingGlassWeave& weave, int column,
+                        int row, int channel);
 // Of `views`, numbered from the leftmost.
 int ViewIndex(double view, int views);
 

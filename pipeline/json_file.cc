@@ -63,6 +63,10 @@ JsonObject::JsonObject(std::shared_ptr<const Node> node, std::string where)
 
 bool JsonObject::Has(const std::string& key) const { return node_->value.contains(key); }
 
+bool JsonObject::HasObject(const std::string& key) const {
+  return Has(key) && node_->value.at(key).is_object();
+}
+
 Error JsonObject::Wrong(const std::string& key, std::string_view expected) const {
   return InputError(
       where_,

@@ -18,6 +18,7 @@ class JsonObject {
   explicit JsonObject(const std::filesystem::path& path);
 
   bool Has(const std::string& key) const;
+  bool HasObject(const std::string& key) const;  // and it is an object
   const std::string& where() const { return where_; }
   Error Wrong(const std::string& key, std::string_view expected) const;
 

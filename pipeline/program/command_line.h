@@ -57,5 +57,6 @@ void AddDisplays(CLI::App& program, Invocation& invocation);
 void AddSynth(CLI::App& program, Invocation& invocation);
 void AddDoctor(CLI::App& program, Invocation& invocation);
 void AddViews(CLI::App& program, Invocation& invocation);
+void AddQuilt(CLI::App& program, Invocation& invocation);
 
 }  // namespace lamella

@@ -95,6 +95,7 @@ int Main(int argc, char** argv) {
   AddDisplays(program, invocation);
   AddAnalyze(program, invocation);
   AddViews(program, invocation);
+  AddQuilt(program, invocation);
   AddSynth(program, invocation);
   AddDoctor(program, invocation);
   if (argc == 1) {
