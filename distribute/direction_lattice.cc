@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 
 #include "lightfield/error.h"
 #include "lightfield/lenslet_map.h"
+#include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
@@ -58,6 +60,22 @@ DirectionLattice DirectionsOf(const Display& display, int layer) {
         y * display.emitter_columns() + x;
   });
   return lattice;
+}
+
+std::vector<std::shared_ptr<const DirectionLattice>> DirectionsOfAll(const Display& display) {
+  std::vector<std::shared_ptr<const DirectionLattice>> lattices(display.layers.size());
+  const auto alike = [&](const Layer& layer) { return layer.optics == display.layers[0].optics; };
+  // The shear's windows depend on a layer's distance from the viewer.
+  if (!display.shear && std::all_of(display.layers.begin(), display.layers.end(), alike)) {
+    std::fill(lattices.begin(), lattices.end(),
+              std::make_shared<const DirectionLattice>(DirectionsOf(display, 0)));
+    return lattices;
+  }
+  ParallelForEach(0, static_cast<std::int64_t>(lattices.size()), [&](std::int64_t layer) {
+    lattices[static_cast<std::size_t>(layer)] =
+        std::make_shared<const DirectionLattice>(DirectionsOf(display, static_cast<int>(layer)));
+  });
+  return lattices;
 }
 
 }  // namespace lamella

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "lightfield/display.h"
@@ -30,5 +31,7 @@ struct DirectionLattice {
 
 // UsageError where the layer has no lenslets, or none that is whole.
 DirectionLattice DirectionsOf(const Display& display, int layer);
+// Of all layers; those whose emitters lie alike under the lenses share one.
+std::vector<std::shared_ptr<const DirectionLattice>> DirectionsOfAll(const Display& display);
 
 }  // namespace lamella

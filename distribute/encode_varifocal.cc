@@ -199,8 +199,9 @@ Image<std::uint32_t> NumeralPlanes(const Display& display) {
   const int columns = display.emitter_columns(), rows = display.emitter_rows();
   const NumeralCells cells(planes, columns, rows);
   Image<std::uint32_t> bits(columns, rows);
+  const auto lattices = DirectionsOfAll(display);
   for (int plane = 0; plane < planes; ++plane) {
-    const DirectionLattice lattice = DirectionsOf(display, plane);
+    const DirectionLattice& lattice = *lattices[static_cast<std::size_t>(plane)];
     if (cells.square < lattice.lenses.pitch_px) {
       throw UsageError(display.name,
                        "too few lenses for the numbers of " + std::to_string(planes) + " planes",

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -40,9 +41,12 @@ struct Picture {
   }
 };
 
-// A well mixed number of a plane and direction (SplitMix64's finaliser).
-std::uint64_t Mix(int plane, int direction) {
-  std::uint64_t z = (static_cast<std::uint64_t>(plane) << 32U) + std::uint64_t(direction) + 1;
+enum class NoiseUse { kRounding, kTime };  // the second is independent of the first
+
+// A well mixed number (SplitMix64's finaliser).
+std::uint64_t Mix(int plane, int direction, NoiseUse use) {
+  std::uint64_t z = static_cast<std::uint64_t>(plane) << 32U;
+  z += (use == NoiseUse::kTime ? std::uint64_t{1} << 31U : 0U) + std::uint64_t(direction) + 1;
   z *= 0x9E3779B97F4A7C15U;
   z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
   z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
@@ -51,9 +55,9 @@ std::uint64_t Mix(int plane, int direction) {
 
 // The tile of blue noise laid over the lenses, for every plane and direction from another place, so
 // that neighbours on the panel do not pulse together.
-Image<float> NoiseOver(const DirectionLattice& lattice, int plane, int direction) {
+Image<float> NoiseOver(const DirectionLattice& lattice, int plane, int direction, NoiseUse use) {
   const Image<float>& tile = BlueNoise(lattice.lenses.lattice);
-  const std::uint64_t mixed = Mix(plane, direction);
+  const std::uint64_t mixed = Mix(plane, direction, use);
   constexpr int kSize = kBlueNoiseSize;
   const int right = static_cast<int>(mixed % kSize);
   // By whole pairs of rows, and so that the tile's odd rows lie on shifted ones.
@@ -73,7 +77,7 @@ Image<float> NoiseOver(const DirectionLattice& lattice, int plane, int direction
 Picture PictureOf(const DirectionLattice& lattice, const Image<float>& grey, int plane,
                   int direction) {
   Picture picture{&lattice, plane, direction, Image<float>(lattice.columns, lattice.rows),
-                  NoiseOver(lattice, plane, direction)};
+                  NoiseOver(lattice, plane, direction, NoiseUse::kRounding)};
   const int* emitter = picture.emitters().data();
   for (std::size_t i = 0; i < picture.grey.size(); ++i) {
     picture.grey.data()[i] = emitter[i] == kNone ? 0.0F : grey.data()[emitter[i]];
@@ -86,20 +90,39 @@ void Light(const Picture& picture, std::size_t i, Image<std::uint32_t>& stroke) 
   stroke.data()[picture.emitters().data()[i]] |= 1U << static_cast<unsigned>(picture.plane);
 }
 
-// 1/2, 1/4, 3/4, 1/8, ...: the binary digits of t mirrored at the point; 0 for 0.
-double VanDerCorput(int t) {
-  double value = 0, digit = 0.5;
-  for (; t > 0; t /= 2, digit /= 2) value += t % 2 == 1 ? digit : 0.0;
-  return value;
+// Blue noise for when in time an emitter's strokes come.
+Image<float> TimesOf(const Picture& picture) {
+  return NoiseOver(*picture.lattice, picture.plane, picture.direction, NoiseUse::kTime);
+}
+
+// 0 ... count - 1 so that any first part of it is spread evenly: by the binary digits of the place
+// mirrored at the point (van der Corput).
+std::vector<int> SpreadOrder(int count) {
+  const auto mirrored = [](int t) {
+    double value = 0;
+    for (double digit = 0.5; t > 0; t /= 2, digit /= 2) value += t % 2 == 1 ? digit : 0.0;
+    return value;
+  };
+  std::vector<int> places(static_cast<std::size_t>(count)), order(places.size());
+  std::iota(places.begin(), places.end(), 0);
+  std::sort(places.begin(), places.end(), [&](int a, int b) { return mirrored(a) < mirrored(b); });
+  for (std::size_t rank = 0; rank < places.size(); ++rank) {
+    order[static_cast<std::size_t>(places[rank])] = static_cast<int>(rank);
+  }
+  return order;
 }
 
 void Ordered(const Picture& picture, std::vector<Image<std::uint32_t>>& strokes) {
-  for (std::size_t t = 0; t < strokes.size(); ++t) {
-    const auto shift = static_cast<float>(VanDerCorput(static_cast<int>(t)));
-    for (std::size_t i = 0; i < picture.grey.size(); ++i) {
-      const float moved = picture.noise.data()[i] + shift;
-      const float threshold = moved >= 1 ? moved - 1 : moved;
-      if (picture.grey.data()[i] > threshold) Light(picture, i, strokes[t]);
+  const Image<float> times = TimesOf(picture);
+  const std::size_t count = strokes.size();
+  const std::vector<int> order = SpreadOrder(static_cast<int>(count));
+  for (std::size_t i = 0; i < picture.grey.size(); ++i) {
+    const float wanted = picture.grey.data()[i] * static_cast<float>(count);
+    if (!(wanted > 0)) continue;
+    const auto start = static_cast<std::size_t>(times.data()[i] * static_cast<float>(count));
+    for (std::size_t t = 0; t < count; ++t) {
+      const auto step = static_cast<float>(order[(t + start) % count]);
+      if (wanted > step + picture.noise.data()[i]) Light(picture, i, strokes[t]);
     }
   }
 }
@@ -146,30 +169,36 @@ std::vector<Receiver> ReceiversOf(const Picture& picture, int x, int y) {
   return receivers;
 }
 
-void Diffusion(const Picture& picture, std::vector<Image<std::uint32_t>>& strokes) {
-  constexpr float kInTime = 0.5F;  // share of an error that the emitter's next stroke gets
-  constexpr float kLimit = 1;      // of an error: narrow areas do not pile them up
-  const int columns = picture.grey.width(), rows = picture.grey.height();
-  Image<float> carried(columns, rows);
-  for (std::size_t i = 0; i < carried.size(); ++i) {
-    carried.data()[i] = picture.noise.data()[i] - 0.5F;
-  }
+// `on` strokes of all, evenly, from a start in [0, 1).
+void Spread(const Picture& picture, std::size_t i, int on, float start,
+            std::vector<Image<std::uint32_t>>& strokes) {
+  const auto count = static_cast<int>(strokes.size());
+  int sum = static_cast<int>(start * static_cast<float>(count));
   for (Image<std::uint32_t>& stroke : strokes) {
-    for (int y = 0; y < rows; ++y) {
-      for (int x = 0; x < columns; ++x) {
-        const float grey = picture.grey(x, y);
-        const bool mixed = grey > 0 && grey < 1;
-        const float wanted = mixed ? grey + carried(x, y) : grey;
-        const bool on = wanted >= 0.5F && grey > 0;
-        if (on) Light(picture, static_cast<std::size_t>(y) * columns + x, stroke);
-        if (!mixed) continue;
-        const float error = std::clamp(wanted - (on ? 1.0F : 0.0F), -kLimit, kLimit);
-        const std::vector<Receiver> receivers = ReceiversOf(picture, x, y);
-        carried(x, y) = receivers.empty() ? error : kInTime * error;
-        for (const Receiver& to : receivers) {
-          carried(to.x, to.y) += (1 - kInTime) * error * to.weight;
-        }
-      }
+    sum += on;
+    if (sum < count) continue;
+    sum -= count;
+    Light(picture, i, stroke);
+  }
+}
+
+void Diffusion(const Picture& picture, std::vector<Image<std::uint32_t>>& strokes) {
+  // Of what a lens gets, strokes: more only comes where rims leave fewer lenses to give errors to.
+  constexpr float kLimit = 0.5;
+  const auto count = static_cast<float>(strokes.size());
+  const Image<float> times = TimesOf(picture);
+  Image<float> errors(picture.grey.width(), picture.grey.height());
+  for (int y = 0; y < errors.height(); ++y) {
+    for (int x = 0; x < errors.width(); ++x) {
+      const float grey = picture.grey(x, y);
+      if (!(grey > 0)) continue;
+      const float wanted = grey * count + std::clamp(errors(x, y), -kLimit, kLimit);
+      const float on = std::clamp(std::floor(wanted + 0.5F), 0.0F, count);
+      const auto i = static_cast<std::size_t>(picture.grey.row(y) - picture.grey.data() + x);
+      Spread(picture, i, static_cast<int>(on), times(x, y), strokes);
+      if (grey >= 1) continue;
+      const float error = wanted - on;
+      for (const Receiver& to : ReceiversOf(picture, x, y)) errors(to.x, to.y) += error * to.weight;
     }
   }
 }
@@ -224,19 +253,6 @@ class Chain {
   Image<double> ends_;
 };
 
-// One for all planes where their pixels lie alike under the lenses, else one for each.
-std::vector<DirectionLattice> LatticesOf(const Display& display) {
-  const bool alike =
-      !display.shear &&
-      std::all_of(display.layers.begin(), display.layers.end(),
-                  [&](const Layer& layer) { return layer.optics == display.layers[0].optics; });
-  std::vector<DirectionLattice> lattices(alike ? 1 : display.layers.size());
-  ParallelForEach(0, static_cast<std::int64_t>(lattices.size()), [&](std::int64_t plane) {
-    lattices[static_cast<std::size_t>(plane)] = DirectionsOf(display, static_cast<int>(plane));
-  });
-  return lattices;
-}
-
 void CheckInput(const std::vector<Image<float>>& grey, const Display& display,
                 const OneBitOptions& options) {
   if (display.layers.empty() || display.layers.size() > kMaxBitPlanes) {
@@ -290,23 +306,20 @@ BitPlanes OneBitPlanes(const std::vector<Image<float>>& grey, const Display& dis
                        const OneBitOptions& options) {
   CheckInput(grey, display, options);
   const int planes = static_cast<int>(grey.size());
-  const std::vector<DirectionLattice> lattices = LatticesOf(display);
-  const auto lattice_of = [&](int plane) -> const DirectionLattice& {
-    return lattices[lattices.size() == 1 ? 0 : static_cast<std::size_t>(plane)];
-  };
+  const auto lattices = DirectionsOfAll(display);
   BitPlanes bits{planes, {}};
   for (int t = 0; t < options.strokes; ++t) {
     bits.strokes.emplace_back(display.emitter_columns(), display.emitter_rows());
   }
   int directions = 0;
-  for (const DirectionLattice& lattice : lattices) {
-    directions = std::max(directions, lattice.directions());
+  for (const auto& lattice : lattices) {
+    directions = std::max(directions, lattice->directions());
   }
   ParallelForEach(0, directions, [&](std::int64_t d) {
     const int direction = static_cast<int>(d);
     Chain chain(display);
     for (int plane = 0; plane < planes; ++plane) {
-      const DirectionLattice& lattice = lattice_of(plane);
+      const DirectionLattice& lattice = *lattices[static_cast<std::size_t>(plane)];
       if (direction >= lattice.directions()) continue;
       Picture picture = PictureOf(lattice, grey[static_cast<std::size_t>(plane)], plane, direction);
       switch (options.method) {

@@ -17,15 +17,17 @@
 
 namespace lamella {
 
+// The mean over all S strokes is right to 1/S.
 enum class OneBitMethod {
   // Every emitter on its own adds up what it was asked for and shows 1 when the sum reaches 1
-  // (SigmaDelta). Sums start at blue noise. The mean over S strokes is right to 1/S.
+  // (SigmaDelta). Sums start at blue noise.
   kSigmaDelta,
-  // Every emitter and stroke on its own compares with blue noise, which a van der Corput sequence
-  // shifts from stroke to stroke. Over S strokes, S a power of two, right to 1/S.
+  // Every emitter and stroke on its own compares with a threshold: S of them spread over [0, 1),
+  // moved by blue noise, in van der Corput's order from a start that another blue noise gives.
   kOrdered,
-  // Floyd and Steinberg's error diffusion in the picture of one direction; half of an error goes
-  // to the neighbouring lenses, half to the emitter's next stroke.
+  // Floyd and Steinberg's error diffusion in the picture of one direction: how many of its S
+  // strokes an emitter is on for is rounded, and the error goes to the neighbouring lenses' counts.
+  // Strokes are spread in time as by kSigmaDelta. S = 1 is error diffusion of bits.
   kDiffusion,
 };
 
