@@ -54,9 +54,9 @@ DirectionLattice DirectionsOf(const Display& display, int layer) {
     lattice.emitters.emplace_back(lattice.columns, lattice.rows, DirectionLattice::kNone);
   }
   ForEachLit(display, map, [&](int x, int y, const LensletPixel& pixel) {
-    const auto direction = static_cast<std::size_t>(rays * pixel.ray_row + pixel.ray_column);
-    lattice.emitters[direction](pixel.lens.column - lattice.first_column,
-                                pixel.lens.row - lattice.first_row) =
+    const int direction = rays * pixel.ray_row + pixel.ray_column;
+    lattice.emitters[static_cast<std::size_t>(direction)](pixel.lens.column - lattice.first_column,
+                                                          pixel.lens.row - lattice.first_row) =
         y * display.emitter_columns() + x;
   });
   return lattice;

@@ -90,8 +90,9 @@ struct NumeralCells {
   }
 
   bool Lit(int plane, double x, double y) const {
-    const double column = std::floor((x - plane % columns * width) / square) - 1;
-    const double row = std::floor((y - plane / columns * height) / square) - 1;  // NOLINT: whole
+    const int cell_column = plane % columns, cell_row = plane / columns;
+    const double column = std::floor((x - cell_column * width) / square) - 1;
+    const double row = std::floor((y - cell_row * height) / square) - 1;
     return column >= 0 && column < kNumberSquares && row >= 0 && row < kNumeralRows &&
            NumberSquare(plane, static_cast<int>(column), static_cast<int>(row));
   }

@@ -131,7 +131,7 @@ void Ordered(const Picture& picture, std::vector<Image<std::uint32_t>>& strokes)
 void SigmaDeltaStrokes(const Picture& picture, std::vector<Image<std::uint32_t>>& strokes,
                        Image<double>& sums) {
   for (std::size_t i = 0; i < picture.grey.size(); ++i) {
-    const double grey = picture.grey.data()[i];
+    const auto grey = static_cast<double>(picture.grey.data()[i]);
     if (!(grey > 0)) continue;
     for (Image<std::uint32_t>& stroke : strokes) {
       if (SigmaDelta(grey, sums.data()[i])) Light(picture, i, stroke);

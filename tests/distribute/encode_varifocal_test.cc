@@ -202,8 +202,9 @@ TEST(NumeralPlanes, ShowEachPlanesNumber) {
   const double cell_width = 1024 / 6.0, cell_height = 192, square = cell_width / 9;
   const LensletArray& lenses = std::get<LensletArray>(display.layers[0].optics);
   const auto lit = [&](int plane, int column, int row) {
-    const double x = plane % 6 * cell_width + (column + 1.5) * square;
-    const double y = plane / 6 * cell_height + (row + 1.5) * square;
+    const int cell_column = plane % 6, cell_row = plane / 6;
+    const double x = cell_column * cell_width + (column + 1.5) * square;
+    const double y = cell_row * cell_height + (row + 1.5) * square;
     const Lens lens = NearestLens(lenses, x, y);
     const int i = static_cast<int>(lens.x_px), j = static_cast<int>(lens.y_px);
     return bits(i, j) == 1U << plane;

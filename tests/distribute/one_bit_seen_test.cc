@@ -65,9 +65,9 @@ std::vector<Image<float>> Emitters(const Display& display) {
         const double slope_y = (lens.y_px - j - 0.5) * p / d0;
         double sum = 0;
         for (int part = 0; part < 25; ++part) {
-          const double x = (lens.x_px + ((part % 5 + 0.5) / 5 - 0.5) * kPitch - kWidth / 2.0) * p;
-          const double y =
-              (lens.y_px + ((part / 5 + 0.5) / 5 - 0.5) * kRowPitch - kHeight / 2.0) * p;
+          const int part_x = part % 5, part_y = part / 5;
+          const double x = (lens.x_px + ((part_x + 0.5) / 5 - 0.5) * kPitch - kWidth / 2.0) * p;
+          const double y = (lens.y_px + ((part_y + 0.5) / 5 - 0.5) * kRowPitch - kHeight / 2.0) * p;
           const double z = depths[plane];
           const Seen seen = Scene(x - z * slope_x, y - z * slope_y, slope_x, slope_y);
           sum += seen.light * Weight(depths, plane, seen.z);
