@@ -1,6 +1,7 @@
 // Every degradation against the closed form of what it does.
 #include "datasets_synthetic/degrade.h"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -172,9 +173,11 @@ TEST(Shutter, ATurningCameraBlursByTheAngle) {
 
 // Brown's equation solved here, by its fixed point in long double.
 Vector3d Undistorted(const Camera& camera, double px, double py) {
-  const auto& k = camera.distortion;
-  const long double X = (static_cast<long double>(px) - camera.cx) / camera.fx;
-  const long double Y = (static_cast<long double>(py) - camera.cy) / camera.fy;
+  const auto wide = [](double value) { return static_cast<long double>(value); };
+  const std::array<long double, 4> k = {wide(camera.distortion[0]), wide(camera.distortion[1]),
+                                        wide(camera.distortion[2]), wide(camera.distortion[3])};
+  const long double X = (wide(px) - wide(camera.cx)) / wide(camera.fx);
+  const long double Y = (wide(py) - wide(camera.cy)) / wide(camera.fy);
   long double x = X, y = Y;
   for (int i = 0; i < 200; ++i) {
     const long double r2 = x * x + y * y, radial = 1 + k[0] * r2 + k[1] * r2 * r2;
