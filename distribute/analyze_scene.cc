@@ -36,7 +36,7 @@ Waves MakeWaves() {
 }
 
 double Luminance(const Rgb& color) {
-  return 0.2126 * color.r + 0.7152 * color.g + 0.0722 * color.b;
+  return static_cast<double>(0.2126F * color.r + 0.7152F * color.g + 0.0722F * color.b);
 }
 
 using Block = std::array<std::array<double, kBlock>, kBlock>;
