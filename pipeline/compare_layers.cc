@@ -1,6 +1,7 @@
 #include "pipeline/compare_layers.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -59,10 +60,14 @@ LayersComparison CompareLayers(const Workspace& a, const Workspace& b, int borde
   Eye eye = MiddleEye(of_a, of_b);
   comparison.width = eye.width;
   comparison.height = eye.height;
-  progress.Start("eyes", 5, "eyes");
-  for (const double share : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
-    eye.position.x() = share * box;
-    comparison.eyes.push_back({eye.position.x(), 0,
+  // In shares of the box, which is as high as it is wide.
+  constexpr std::array<std::array<double, 2>, 9> kPlaces = {
+      {{-1, 0}, {-0.5, 0}, {0, 0}, {0.5, 0}, {1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}}};
+  progress.Start("eyes", kPlaces.size(), "eyes");
+  for (const auto& [x, y] : kPlaces) {
+    eye.position.x() = x * box;
+    eye.position.y() = y * box;
+    comparison.eyes.push_back({eye.position.x(), eye.position.y(),
                                Compare(RenderSimulated(layers_a, of_a.display, eye),
                                        RenderSimulated(layers_b, of_b.display, eye), border_px)});
     progress.Advance();

@@ -20,10 +20,10 @@ struct LayersComparison {
   int width = 0, height = 0;  // of the pictures
 };
 
-// Eyes in the middle, half way and at the border of the clean eye box (the smaller of the two
-// displays') look at the picture on z = 0, a panel's pixel each, less `border_px` on every side.
-// The displays may differ (one layer against two); InputError where they stand at different viewing
-// distances or show pictures of different size.
+// Eyes in the middle, half way and at the sides and corners of the clean eye box (the smaller of
+// the two displays') look at the picture on z = 0, a panel's pixel each, less `border_px` on every
+// side. The displays may differ (one layer against two); InputError where they stand at different
+// viewing distances or show pictures of different size.
 LayersComparison CompareLayers(const Workspace& a, const Workspace& b, int border_px,
                                Progress& progress);
 

@@ -54,12 +54,19 @@ bool IsPlain(const ImageInfo& info) {
          info.orientation == 1 && (info.channels == 3 || info.channels == 1);
 }
 
+// Other tools name depth, too, and it is often left behind. Only --depth given needs it, and says
+// which file is missing.
+bool HasDepth(const CapturedView& view) {
+  std::error_code error;
+  return !view.depth.empty() && fs::exists(view.depth, error);
+}
+
 // What the image itself tells; throws where it does not open whole.
 ImageInfo Inspect(CapturedView& view) {
   ImageInfo info = ReadImageInfo(view.file);
   CheckImageIsWhole(view.file);
   view.sha256 = Sha256OfFile(view.file);
-  if (!view.depth.empty()) view.depth_sha256 = Sha256OfFile(view.depth);
+  if (HasDepth(view)) view.depth_sha256 = Sha256OfFile(view.depth);
   view.orientation = info.orientation;
   view.is_plain = IsPlain(info);
   view.device = DeviceName(info);
@@ -150,7 +157,7 @@ std::string HashCaptureInput(const CaptureOptions& options) {
   std::vector<fs::path> files = CameraFiles(options);
   for (const CapturedView& view : ListViews(options)) {
     files.push_back(view.file);
-    if (!view.depth.empty()) files.push_back(view.depth);
+    if (HasDepth(view)) files.push_back(view.depth);
   }
   std::vector<std::string> hashes(files.size());
   ParallelForEach(0, static_cast<std::int64_t>(files.size()), [&](std::int64_t i) {

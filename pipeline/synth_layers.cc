@@ -64,11 +64,10 @@ std::vector<OptionTable> Describe(SynthLayersOptions& options) {
              .flag = "--like"}}}};
 }
 
-StageReport SynthLayers(const SynthLayersOptions& given, const Workspace& workspace,
+StageReport SynthLayers(SynthLayersOptions options, const Workspace& workspace,
                         Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   const PeakMemory memory;
-  SynthLayersOptions options = given;
   Recipe recipe = FindRecipe(options.scene);
   const std::string inputs = ToToml(recipe);
   auto scene = std::make_unique<SceneSource>(std::move(recipe.scene));

@@ -23,7 +23,6 @@ std::vector<OptionTable> Describe(SynthLayersOptions& options);
 // there. The scene is placed as the capture of its own cameras would be: the reference view among
 // them, the range of depths that it sees. The workspace's other stages are not touched.
 // UsageError where the scene or the display is unknown, InputError where `like` has no layers.
-StageReport SynthLayers(const SynthLayersOptions& given, const Workspace& workspace,
-                        Progress& progress);
+StageReport SynthLayers(SynthLayersOptions options, const Workspace& workspace, Progress& progress);
 
 }  // namespace lamella

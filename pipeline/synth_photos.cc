@@ -62,6 +62,26 @@ std::vector<Shot> Shots(const SynthPhotosOptions& options) {
   return {ShotOfFrames(fs::absolute(options.frames).lexically_normal())};
 }
 
+std::string PhotoName(const View& camera, const Shot& shot, std::size_t num_shots) {
+  return num_shots > 1 ? fmt::format("{}_{}", camera.name, shot.name) : camera.name;
+}
+
+// No photograph may be written over another one.
+void CheckNames(const std::vector<Shot>& shots, const std::vector<View>& cameras) {
+  std::set<std::string> names;
+  for (const Shot& shot : shots) {
+    for (const View& camera : cameras) {
+      const std::string name = PhotoName(camera, shot, shots.size());
+      if (names.insert(name).second) continue;
+      throw InputError(name,
+                       fmt::format("would be the name of two photographs (the second: camera "
+                                   "\"{}\", shot \"{}\")",
+                                   camera.name, shot.name),
+                       "give every shot and camera a name of its own");
+    }
+  }
+}
+
 Sensor SensorOf(const SynthPhotosOptions& options, double exposure) {
   Sensor sensor{exposure,         options.full_well_e,  options.read_noise_e,
                 options.pedestal, Sensor::Curve::kSrgb, options.gamma,
@@ -181,35 +201,12 @@ OptionTable Describe(SynthPhotosOptions& o) {
        number("seed", "of the noise", &o.seed, 0, 1e9, "--seed")}};
 }
 
-namespace {
-
-std::string PhotoName(const View& camera, const Shot& shot, std::size_t num_shots) {
-  return num_shots > 1 ? fmt::format("{}_{}", camera.name, shot.name) : camera.name;
-}
-
-// No photograph may be written over another one.
-void CheckNames(const std::vector<Shot>& shots, const std::vector<View>& cameras) {
-  std::set<std::string> names;
-  for (const Shot& shot : shots) {
-    for (const View& camera : cameras) {
-      const std::string name = PhotoName(camera, shot, shots.size());
-      if (names.insert(name).second) continue;
-      throw InputError(name,
-                       fmt::format("would be the name of two photographs (the second: camera "
-                                   "\"{}\", shot \"{}\")",
-                                   camera.name, shot.name),
-                       "give every shot and camera a name of its own");
-    }
-  }
-}
-
-}  // namespace
-
 int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress& progress) {
   const std::vector<Shot> shots = Shots(options);
   Prototype prototype;
   prototype.calibration = Truth(options);
   const std::vector<View> cameras = PhotoCameras(options, prototype.calibration);
+  CheckNames(shots, cameras);
   if (options.aperture_mm > 0 && !(options.focus_mm > 0)) {
     throw UsageError("--aperture-mm", "has no --focus-mm", "give the distance of the sharp plane");
   }
@@ -224,7 +221,6 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
     exposure = white > 0 ? 1 / white : 1;
   }
   const Sensor sensor = SensorOf(options, *exposure);
-  CheckNames(shots, cameras);
   CreateFolder(out / "images");
   std::int64_t rows = 0;
   for (const View& view : cameras) rows += view.camera.height;

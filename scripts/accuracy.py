@@ -6,6 +6,7 @@ there the next time; its workspace goes as soon as they are.
 """
 import argparse
 import json
+import math
 import os
 import re
 import shutil
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from pathlib import Path
 
 QUALITIES = ("draft", "balanced", "best")
@@ -23,6 +25,9 @@ PLACEMENT = ("--disparity-range", "2.689,-3.131", "--depth-budget", "20", "--mm-
              "--preview-positions", "5", "--preview-eye-box-mm", str(2 * STEP_MM))
 # Whatever the quality, so that its figures can be compared.
 SAME_PICTURES = ("--preview-width-px", "960")
+# Generated scenes; "poses" of the handheld ones, "depth" of the grid's.
+SCENES = {"room": "poses", "curved": "poses", "occluder": "poses", "glossy": "poses", "thin": "poses", "far-apart": "poses",
+          "near-to-infinity": "poses", "slanted-plane": "depth", "charts": None}
 SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
 
 
@@ -134,6 +139,14 @@ def left_out(bench, quality):
     return take
 
 
+def depth_against(bench, workspace, capture):
+    """All views' depth against a generated capture's."""
+    out, _ = bench.run("compare", "depth", workspace / "depth", capture / "depth")
+    of_known, of_all = re.search(r"within_1_percent ([\d.]+) % of known, ([\d.]+) % of all", out).groups()
+    return {"known": number(out, "known"), "median": number(out, "error_median"), "p90": number(out, "error_p90"),
+            "within_1": float(of_known), "within_1_of_all": float(of_all)}
+
+
 def room_depth(bench, quality):
     """The generated capture with its exact cameras: depth of all 14 views against the truth."""
     room = bench.room()
@@ -141,10 +154,33 @@ def room_depth(bench, quality):
     def take(workspace):
         bench.run("run", room / "images", "--workspace", workspace, "--cameras", room / "transforms.json",
                   "--until", "depth", "--quality", quality)
-        out, _ = bench.run("compare", "depth", workspace / "depth", room / "depth")
-        of_known, of_all = re.search(r"within_1_percent ([\d.]+) % of known, ([\d.]+) % of all", out).groups()
-        return {"stages": stages(workspace), "known": number(out, "known"), "median": number(out, "error_median"),
-                "p90": number(out, "error_p90"), "within_1": float(of_known), "within_1_of_all": float(of_all)}
+        return {"stages": stages(workspace), **depth_against(bench, workspace, room)}
+    return take
+
+
+def extent_of(transforms):
+    """The largest distance between two cameras."""
+    centres = [[row[3] for row in frame["transform_matrix"][:3]] for frame in json.loads(transforms.read_text())["frames"]]
+    return max(math.dist(a, b) for a in centres for b in centres)
+
+
+def scene(bench, name, judged):
+    """A generated capture, and what the program makes of it."""
+    def take(workspace):
+        folder = workspace.parent / name
+        _, synth = bench.run("synth", "scene", name, "--out", folder)
+        recipe = tomllib.loads((folder / "recipe.toml").read_text())
+        cameras = recipe["cameras"]
+        found = {"synth": synth, "description": recipe["description"], "views": len(list((folder / "images").iterdir())),
+                 "width": cameras["width_px"], "height": cameras["height_px"] or cameras["width_px"] * 3 // 4}
+        if judged == "poses":
+            bench.run("run", folder / "images", "--workspace", workspace, "--until", "poses")
+            found["poses"] = poses_against(bench, workspace, folder / "transforms.json")
+            found["extent"] = extent_of(folder / "transforms.json")
+        if judged == "depth":
+            bench.run("run", folder, "--workspace", workspace, "--until", "depth")
+            found["depth"] = depth_against(bench, workspace, folder)
+        return found
     return take
 
 
@@ -179,6 +215,7 @@ def take_all(bench):
                                                                   *PLACEMENT))
     results["sceaux"] = bench.measure("sceaux", chain(bench, bench.data / "handheld/sceaux_castle/images",
                                                       "paper-two-layer", "balanced"))
+    results["scenes"] = {name: bench.measure(f"scene_{name}", scene(bench, name, judged)) for name, judged in SCENES.items()}
     return results
 
 
@@ -337,6 +374,29 @@ def summary(results):
     return table(["what, `--quality balanced`", "accuracy", "time, 2 cores", "peak memory"], rows)
 
 
+def scenes(results):
+    """README's table of generated scenes."""
+    def expected(of):
+        if "poses" in of:
+            return (f"{of['poses']['views']:.0f} of {of['views']} registered, centres within {1000 * of['poses']['max']:.2f} mm "
+                    f"(cameras over {of['extent']:.2f} m)")
+        if "depth" in of:
+            return f"depth: median {of['depth']['median']:.2f} %, {of['depth']['within_1']:.1f} % of known within 1 %"
+        return "contrast 0.8 sinc(1/period in px), held by a test; not a scene for depth"
+    rows = [[name, of["description"], f"{of['views']} views, {of['width']}x{of['height']}", f"{of['synth']['seconds']:.0f}", expected(of)]
+            for name, of in results["scenes"].items()]
+    return table(["scene", "what it tests", "size", "seconds", "what to expect"], rows)
+
+
+def written(text, name, content):
+    """`text` with what stands between the marks of `name` replaced."""
+    start, end = f"<!-- {name}: by scripts/accuracy.sh -->\n", f"<!-- {name} ends -->"
+    if start not in text:
+        sys.exit(f"accuracy: README has no mark {start.strip()}")
+    before, rest = text.split(start)
+    return before + start + content + "\n" + end + rest.split(end)[1]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name in ("program", "data", "work", "page", "readme"):
@@ -344,11 +404,8 @@ def main():
     arguments = parser.parse_args()
     results = take_all(Bench(arguments.program.resolve(), arguments.data.resolve(), arguments.work.resolve()))
     arguments.page.write_text(page(results))
-    start, end = "<!-- accuracy: by scripts/accuracy.sh -->\n", "<!-- accuracy ends -->"
-    text = arguments.readme.read_text()
-    if start in text:
-        before, rest = text.split(start)
-        arguments.readme.write_text(before + start + summary(results) + "\n" + end + rest.split(end)[1])
+    text = written(arguments.readme.read_text(), "accuracy", summary(results))
+    arguments.readme.write_text(written(text, "scenes", scenes(results)))
     print(f"accuracy: wrote {arguments.page}")
 
 

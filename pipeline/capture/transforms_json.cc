@@ -187,12 +187,7 @@ TransformsJson ReadTransformsJson(const fs::path& path) {
       throw frame.Wrong("name", "a file's stem");  // files are named by it
     }
     view.camera = ReadCamera({frame, top}, view.image);
-    if (frame.Has("depth_file_path")) {
-      // Others name it, too, and it is often left behind: only --depth given needs it.
-      const fs::path depth = ImagePath(file, frame.Text("depth_file_path"));
-      std::error_code error;
-      if (fs::exists(depth, error)) view.depth = depth;
-    }
+    if (frame.Has("depth_file_path")) view.depth = ImagePath(file, frame.Text("depth_file_path"));
     view.camera_from_world = ReadPose(frame);
     if (frame.Has("grid")) {
       const JsonObject grid = frame.Object("grid");

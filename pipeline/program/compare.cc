@@ -68,11 +68,11 @@ ExitCode CompareLayersOf(const Pair& pair, Progress& progress) {
   constexpr int kBorderPx = 24;
   const LayersComparison result =
       CompareLayers(Workspace(pair.a), Workspace(pair.b), kBorderPx, progress);
-  fmt::print("{:>8} {:>10} {:>10} {:>8}\n", "eye mm", "PSNR dB", "seen dB", "SSIM");
+  fmt::print("{:>8} {:>8} {:>10} {:>10} {:>8}\n", "eye x mm", "y mm", "PSNR dB", "seen dB", "SSIM");
   double lowest = std::numeric_limits<double>::infinity();
   for (const EyeDifference& eye : result.eyes) {
-    fmt::print("{:>8.1f} {:>10} {:>10} {:>8}\n", eye.x_mm, Decibel(eye.metrics.psnr_db),
-               Decibel(eye.metrics.psnr_seen_db),
+    fmt::print("{:>8.1f} {:>8.1f} {:>10} {:>10} {:>8}\n", eye.x_mm, eye.y_mm,
+               Decibel(eye.metrics.psnr_db), Decibel(eye.metrics.psnr_seen_db),
                eye.metrics.ssim ? fmt::format("{:.4f}", *eye.metrics.ssim) : "-");
     lowest = std::min(lowest, eye.metrics.psnr_db.value_or(lowest));
   }

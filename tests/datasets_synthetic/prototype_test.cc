@@ -341,7 +341,7 @@ TEST(Prototype, DoesNotDependOnTheNumberOfThreads) {
 }
 
 TEST(Prototype, StandsExtremes) {
-  // Grazing: 89.9 degrees to the normal, everything on, nothing but finite light.
+  // From straight to grazing, everything on: there is light, and it is finite.
   Prototype prototype = Bare(White);
   LayerCalibration& layer = prototype.calibration.layers[0];
   layer.modulator = layer.emitter;
@@ -351,17 +351,26 @@ TEST(Prototype, StandsExtremes) {
   layer.emitter.photometry.falloff = 2;
   layer.plate = Plate{3, 1.5, {0, 0, 1}};
   for (const double gap : {0.0, 5.0}) {
-    layer.gap_mm = gap;
-    const double angle = 89.9 * std::numbers::pi / 180;
-    const Vector3d away(std::sin(angle), 0, std::cos(angle));
-    PrototypeCamera camera = Straight();
-    camera.camera_from_display.rotation =
-        Eigen::Quaterniond::FromTwoVectors(-away, Vector3d::UnitZ());
-    camera.camera_from_display.translation = -(camera.camera_from_display.rotation * (1000 * away));
-    camera.camera.fx = camera.camera.fy = 4000;
-    const Image<Rgb> photo = Photo(prototype, camera);
-    for (std::size_t i = 0; i < photo.size(); ++i) {
-      ASSERT_TRUE(std::isfinite(photo.data()[i].g));
+    for (const double degrees : {0.0, 60.0, 80.0, 89.9}) {
+      layer.gap_mm = gap;
+      const double angle = degrees * std::numbers::pi / 180;
+      const Vector3d away(std::sin(angle), 0, std::cos(angle));
+      PrototypeCamera camera = Straight();
+      camera.camera_from_display.rotation =
+          Eigen::Quaterniond::FromTwoVectors(-away, Vector3d::UnitZ());
+      camera.camera_from_display.translation =
+          -(camera.camera_from_display.rotation * (1000 * away));
+      camera.camera.fx = camera.camera.fy = 4000;
+      const Image<Rgb> photo = Photo(prototype, camera);
+      float most = 0;
+      for (std::size_t i = 0; i < photo.size(); ++i) {
+        ASSERT_TRUE(std::isfinite(photo.data()[i].g));
+        most = std::max(most, photo.data()[i].g);
+      }
+      // At 89.9 degrees the bow may hide the panel.
+      if (degrees < 89) {
+        EXPECT_GT(most, 0) << gap << " " << degrees;
+      }
     }
   }
   // A panel of one pixel, seen through a gap of nothing.

@@ -220,6 +220,28 @@ TEST(StageCapture, GivesPhotographsKnownCameras) {
   ExpectRefused(ExitCode::kInput, options, {"b.png", "6x8", "16x12"});
 }
 
+TEST(StageCapture, TakesDepthThatIsNamedAndLeftBehindForNone) {
+  const fs::path folder = ScratchFolder();
+  std::vector<View> known(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    known[i].name = i == 0 ? "a" : "b";
+    known[i].image = folder / "in" / (known[i].name + ".png");
+    WritePicture(known[i].image, 8, 6);
+    known[i].camera = {.width = 8, .height = 6, .fx = 10, .fy = 10, .cx = 4, .cy = 3};
+    known[i].camera_from_world.translation.x() = 0.1 * static_cast<double>(i);
+    known[i].depth = folder / "in" / (known[i].name + ".exr");
+  }
+  WriteTransformsJson(folder / "in/transforms.json", {known, {}});
+  const CaptureOptions options = Input(folder / "in/transforms.json");
+  const std::string without = HashCaptureInput(options);
+  EXPECT_EQ(Capture(folder, options).views[0].depth_sha256, "");
+  WriteText(known[0].depth, "depth");
+  EXPECT_NE(HashCaptureInput(options), without);
+  const CaptureRecord record = Capture(folder, options);
+  EXPECT_EQ(record.views[0].depth, known[0].depth);
+  EXPECT_EQ(record.views[0].depth_sha256.size(), 64U);
+}
+
 TEST(HashCaptureInput, ChangesWithContentNamesSelectionAndCameras) {
   const fs::path folder = ScratchFolder();
   for (const char* name : {"a", "b", "c"})

@@ -128,6 +128,8 @@ TEST(StageDepth, SaysWhichViewCameWithoutDepthOrWithDepthOfAnotherSize) {
   WriteExr(workspace.root() / "small.exr", channels, ExrType::kFloat);
   SaveViewSet(workspace.Stage("poses"), set, {});
   EXPECT_NE(message().find("is 5x7 px, its photograph 64x64 px"), std::string::npos) << message();
+  fs::remove(workspace.root() / "small.exr");
+  EXPECT_NE(message().find("small.exr"), std::string::npos) << message();
 }
 
 struct Stopped {};

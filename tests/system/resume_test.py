@@ -138,6 +138,18 @@ class Photographs(Same):
         self.assertGreaterEqual(killed, 1)
         self.assert_same(undisturbed, self.complete(workspace, *until))
 
+    def test_colmap_ends_with_the_program_that_was_killed(self):
+        workspace = self.dir / "caught"
+        process = subprocess.Popen([harness.PROGRAM, *map(str, command(self, workspace, "--until", "poses"))],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL)
+        while process.poll() is None and not colmap_processes(workspace):
+            time.sleep(0.002)
+        self.assertIsNone(process.poll(), "COLMAP was never seen at work")
+        process.kill()
+        process.wait()
+        time.sleep(0.3)
+        self.assertEqual(colmap_processes(workspace), [], "COLMAP outlived its parent")
+
 
 if __name__ == "__main__":
     harness.main()
