@@ -110,19 +110,15 @@ std::vector<double> DepthSamples(const Display& display, const DepthInterval& de
 
 void AddCutoffs(const Display& display, Analysis& analysis) {
   const std::size_t count = analysis.depths_mm.size();
-  analysis.combined.assign(count, 0);
-  analysis.combined_beam.assign(count, 0);
   for (const Layer& layer : display.layers) {
-    const AxisBeam beam = MiddleBeam(display, layer);
-    const double pitch = LatticePitchMm(display, layer);
     std::vector<double>& cutoff = analysis.cutoff.emplace_back(count);
     for (std::size_t i = 0; i < count; ++i) {
-      const double offset = analysis.depths_mm[i] - layer.position_mm;
-      cutoff[i] = CutoffPerMm(display, layer, offset);
-      analysis.combined[i] = std::max(analysis.combined[i], cutoff[i]);
-      analysis.combined_beam[i] =
-          std::max(analysis.combined_beam[i], BeamCutoffPerMm(beam, offset, pitch));
+      cutoff[i] = CutoffPerMm(display, layer, analysis.depths_mm[i] - layer.position_mm);
     }
+  }
+  for (const double z : analysis.depths_mm) {
+    analysis.combined.push_back(CombinedCutoffPerMm(display, z));
+    analysis.combined_beam.push_back(CombinedBeamCutoffPerMm(display, z));
   }
 }
 
@@ -264,6 +260,15 @@ double CombinedCutoffPerMm(const Display& display, double z_mm) {
   double best = 0;
   for (const Layer& layer : display.layers) {
     best = std::max(best, CutoffPerMm(display, layer, z_mm - layer.position_mm));
+  }
+  return best;
+}
+
+double CombinedBeamCutoffPerMm(const Display& display, double z_mm) {
+  double best = 0;
+  for (const Layer& layer : display.layers) {
+    best = std::max(best, BeamCutoffPerMm(MiddleBeam(display, layer), z_mm - layer.position_mm,
+                                          LatticePitchMm(display, layer)));
   }
   return best;
 }

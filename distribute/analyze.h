@@ -91,7 +91,8 @@ DepthInterval DepthsWorthALook(const Display& display);
 // can't work.
 Analysis Analyze(const Display& display, const DepthInterval& depths);
 
-// The best layer's cut-off at a depth, Eq. 1; -inf allowed.
+// The best layer's cut-off at a depth, Eq. 1, and that of its beams' real widths; -inf allowed.
 double CombinedCutoffPerMm(const Display& display, double z_mm);
+double CombinedBeamCutoffPerMm(const Display& display, double z_mm);
 
 }  // namespace lamella

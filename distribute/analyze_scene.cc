@@ -91,8 +91,10 @@ double EnergyBelow(const Spectrum& spectrum, double limit) {
   return energy;
 }
 
+using CutoffAt = double (*)(const Display& display, double z_mm);
+
 // The limit in bins for what is at z; negative where z is unknown.
-Image<float> LimitsOf(const Display& display, const Placement& placement,
+Image<float> LimitsOf(const Display& display, CutoffAt cutoff, const Placement& placement,
                       ImageSpan<const float> depth) {
   Image<float> limits(depth.width, depth.height, -1);
   const double distance = placement.viewing_distance_mm;
@@ -102,60 +104,65 @@ Image<float> LimitsOf(const Display& display, const Placement& placement,
       if (!(depth(x, y) > 0)) continue;
       const double z = std::max(-kFarthest, placement.ZFromDepth(static_cast<double>(depth(x, y))));
       const double pixel = placement.mm_per_view_px * (distance - z) / distance;
-      limits(x, y) = static_cast<float>(kBlock * pixel * CombinedCutoffPerMm(display, z));
+      limits(x, y) = static_cast<float>(kBlock * pixel * cutoff(display, z));
     }
   });
   return limits;
 }
 
+// Kept by Eq. 1 and by the beams.
 struct Detail {
-  double kept = 0, all = 0;
+  double kept = 0, kept_beam = 0, all = 0;
+  Detail& operator+=(const Detail& other) {
+    kept += other.kept;
+    kept_beam += other.kept_beam;
+    all += other.all;
+    return *this;
+  }
 };
 
-Detail DetailOfBlock(const Spectrum& spectrum, const Image<float>& limits,
-                     ImageSpan<const Rgb> picture, int left, int top) {
+struct Limits {
+  Image<float> lattice, beam;
+};
+
+Detail DetailOfBlock(const Spectrum& spectrum, const Limits& limits, ImageSpan<const Rgb> picture,
+                     int left, int top) {
+  const int width = limits.lattice.width(), height = limits.lattice.height();
   Detail detail;
   int known = 0;
   for (int y = top; y < top + kBlock; ++y) {
     for (int x = left; x < left + kBlock; ++x) {
-      const int column = static_cast<int>((x + 0.5) * limits.width() / picture.width);
-      const int row = static_cast<int>((y + 0.5) * limits.height() / picture.height);
-      const float limit = limits(column, row);
-      if (limit < 0) continue;
-      detail.kept += EnergyBelow(spectrum, static_cast<double>(limit));
+      const int column = static_cast<int>((x + 0.5) * width / picture.width);
+      const int row = static_cast<int>((y + 0.5) * height / picture.height);
+      if (limits.lattice(column, row) < 0) continue;
+      detail.kept += EnergyBelow(spectrum, static_cast<double>(limits.lattice(column, row)));
+      detail.kept_beam += EnergyBelow(spectrum, static_cast<double>(limits.beam(column, row)));
       ++known;
     }
   }
   if (known == 0) return {};
   detail.kept /= known;
+  detail.kept_beam /= known;
   for (const double energy : spectrum) detail.all += energy;
   return detail;
 }
 
-std::optional<double> DetailKept(const Display& display, const Placement& placement,
-                                 int parallax_axes, ImageSpan<const Rgb> picture,
-                                 ImageSpan<const float> depth) {
+// Rows of blocks in parallel, added in their order.
+Detail DetailOf(const Limits& limits, int parallax_axes, ImageSpan<const Rgb> picture) {
   const Waves waves = MakeWaves();
-  const Image<float> limits = LimitsOf(display, placement, depth);
   const int rows = picture.height / kBlock, columns = picture.width / kBlock;
   std::vector<Detail> of_row(static_cast<std::size_t>(rows));
   ParallelForEach(0, rows, [&](std::int64_t row) {
-    Detail& sum = of_row[static_cast<std::size_t>(row)];
     for (int column = 0; column < columns; ++column) {
       const int left = column * kBlock, top = static_cast<int>(row) * kBlock;
       const Block block = WindowedBlock(waves, picture, left, top);
-      const Detail detail =
+      of_row[static_cast<std::size_t>(row)] +=
           DetailOfBlock(SpectrumOf(waves, block, parallax_axes), limits, picture, left, top);
-      sum.kept += detail.kept;
-      sum.all += detail.all;
     }
   });
   Detail sum;
-  for (const Detail& detail : of_row) {
-    sum.kept += detail.kept;
-    sum.all += detail.all;
-  }
-  return sum.all > 0 ? std::optional<double>(sum.kept / sum.all) : std::nullopt;
+  for (const Detail& detail : of_row) sum += detail;
+  return sum;
 }
 
 void AddHistogram(const Analysis& analysis, std::vector<double>& known, SceneFigures& figures) {
@@ -202,7 +209,13 @@ SceneFigures AnalyzeScene(const Display& display, const Analysis& analysis,
   const double pixels = 1.0 * depth.width * depth.height;
   if (pixels > 0) figures.known_share = static_cast<double>(known.size()) / pixels;
   AddHistogram(analysis, known, figures);
-  figures.detail_kept = DetailKept(display, placement, analysis.parallax_axes, picture, depth);
+  const Limits limits{LimitsOf(display, CombinedCutoffPerMm, placement, depth),
+                      LimitsOf(display, CombinedBeamCutoffPerMm, placement, depth)};
+  const Detail detail = DetailOf(limits, analysis.parallax_axes, picture);
+  if (detail.all > 0) {
+    figures.detail_kept = detail.kept / detail.all;
+    figures.detail_kept_beam = detail.kept_beam / detail.all;
+  }
   return figures;
 }
 

@@ -23,13 +23,14 @@ struct SceneFigures {
   double sharp_share = 0;
   // Share of the picture's detail that the display keeps, below; nothing where there is no detail.
   std::optional<double> detail_kept;
+  std::optional<double> detail_kept_beam;  // by the real widths of its beams instead of Eq. 1
 };
 
 // `picture` is the reference view in linear light; `depth` its depth map (world units, 0 unknown),
 // of any size. Detail is the energy of the picture's luminance with periods of 2 to 16 px: of each
 // block of 32 x 32 px (less its mean, under a Hann window) the power spectrum at bins (kx, ky) with
 // max(|kx|, |ky|) >= 2. A pixel at z keeps the bins up to fc(z) s(z), where fc is the display's
-// combined cut-off (Eq. 1) and s = mm_per_view_px (D - z)/D the size of a pixel there; of the bin
+// combined cut-off and s = mm_per_view_px (D - z)/D the size of a pixel there; of the bin
 // in which the limit falls, the part below it. The limit is of max(|kx|, |ky|), with one axis of
 // parallax of |kx|. A block keeps the mean over its known pixels; blocks without any don't count.
 SceneFigures AnalyzeScene(const Display& display, const Analysis& analysis,

@@ -114,9 +114,10 @@ void DrawCurve(std::string& svg, const Frame& frame, const std::vector<double>& 
 }
 
 struct LegendEntry {
+  enum class Mark { kCurve, kArea, kPosition };
+  Mark mark = Mark::kCurve;
   std::string style;
   std::string text;
-  bool area = false;
 };
 
 std::string Style(const char* color, double width, const char* more) {
@@ -142,17 +143,27 @@ bool DrawsLayers(const Analysis& analysis) {
 }
 
 std::vector<LegendEntry> Legend(const Display& display, const Analysis& analysis, bool scene) {
+  using Mark = LegendEntry::Mark;
   std::vector<LegendEntry> legend;
   const std::string what = display.varifocal ? "plane" : "layer";
   if (DrawsLayers(analysis)) {
-    legend.push_back({SingleStyle(), fmt::format("cut-off of each {} (Eq. 1)", what)});
+    legend.push_back(
+        {Mark::kCurve, SingleStyle(), fmt::format("cut-off of each {} (Eq. 1)", what)});
   }
-  legend.push_back({CombinedStyle(), analysis.cutoff.size() > 1
-                                         ? fmt::format("combined: the best {}'s", what)
-                                         : std::string("cut-off of the layer (Eq. 1)")});
-  legend.push_back({BeamStyle(), "with the real width of its beams"});
-  if (scene) legend.push_back({fmt::format("fill=\"{}\"", kScene), "depth of the scene", true});
+  legend.push_back({Mark::kCurve, CombinedStyle(),
+                    analysis.cutoff.size() > 1 ? fmt::format("combined: the best {}'s", what)
+                                               : "cut-off of the layer (Eq. 1)"});
+  legend.push_back({Mark::kCurve, BeamStyle(), "with the real width of its beams"});
+  legend.push_back({Mark::kPosition, "", fmt::format("where a {} stands", what)});
+  if (scene) {
+    legend.push_back({Mark::kArea, fmt::format("fill=\"{}\"", kScene), "depth of the scene"});
+  }
   return legend;
+}
+
+void DrawPosition(std::string& svg, double x, double bottom) {
+  fmt::format_to(std::back_inserter(svg),
+                 "<path d=\"M{:.1f} {:.1f}l-5 -9h10z\" fill=\"#1a1f27\"/>\n", x, bottom);
 }
 
 // Returns the height that it took.
@@ -160,9 +171,11 @@ double DrawLegend(std::string& svg, const std::vector<LegendEntry>& legend, doub
   auto out = std::back_inserter(svg);
   for (const LegendEntry& entry : legend) {
     const double middle = top + kLine / 2;
-    if (entry.area) {
+    if (entry.mark == LegendEntry::Mark::kArea) {
       fmt::format_to(out, "<rect x=\"{}\" y=\"{:.1f}\" width=\"34\" height=\"12\" {}/>\n", kLeft,
                      middle - 6, entry.style);
+    } else if (entry.mark == LegendEntry::Mark::kPosition) {
+      DrawPosition(svg, kLeft + 17, middle + 5);
     } else {
       fmt::format_to(out, "<path d=\"M{} {:.1f}h34\" {}/>\n", kLeft, middle, entry.style);
     }
@@ -170,15 +183,6 @@ double DrawLegend(std::string& svg, const std::vector<LegendEntry>& legend, doub
     top += kLine;
   }
   return kLine * static_cast<double>(legend.size());
-}
-
-// Marks on the axis where layers are.
-void DrawPositions(std::string& svg, const Frame& frame, const Analysis& analysis) {
-  for (const LayerFigures& layer : analysis.layers) {
-    const double x = frame.x.At(layer.position_mm);
-    fmt::format_to(std::back_inserter(svg),
-                   "<path d=\"M{:.1f} {:.1f}l-5 -9h10z\" fill=\"#1a1f27\"/>\n", x, frame.y.from);
-  }
 }
 
 void DrawCutoffs(std::string& svg, const Frame& frame, const Analysis& analysis) {
@@ -189,7 +193,9 @@ void DrawCutoffs(std::string& svg, const Frame& frame, const Analysis& analysis)
   }
   DrawCurve(svg, frame, analysis.depths_mm, analysis.combined, CombinedStyle().c_str());
   DrawCurve(svg, frame, analysis.depths_mm, analysis.combined_beam, BeamStyle().c_str());
-  DrawPositions(svg, frame, analysis);
+  for (const LayerFigures& layer : analysis.layers) {
+    DrawPosition(svg, frame.x.At(layer.position_mm), frame.y.from);
+  }
 }
 
 void DrawHistogram(std::string& svg, const Frame& frame, const SceneFigures& scene) {
@@ -207,7 +213,9 @@ void DrawHistogram(std::string& svg, const Frame& frame, const SceneFigures& sce
 
 std::vector<std::string> Heading(const Display& display,
                                  const std::optional<SceneAnalysis>& scene) {
-  std::vector<std::string> lines{"Cut-off over depth: " + display.name};
+  constexpr std::size_t kLongest = 48;  // of a name, in bytes
+  std::vector<std::string> lines{"Cut-off over depth"};
+  if (display.name.size() <= kLongest) lines[0] += ": " + display.name;
   if (!scene) return lines;
   const SceneFigures& f = scene->figures;
   std::string kept =
@@ -242,8 +250,8 @@ std::string AnalysisFigure(const Display& display, const Analysis& analysis,
     double most = 1e-6;
     for (const double share : scene->figures.share) most = std::max(most, 100 * share);
     frame.y = {0, 1.05 * most, y + 20 + kHistogramHeight, y + 20};
-    DrawHistogram(body, frame, scene->figures);
     DrawAxes(body, frame, 3, "pixels, %", kDepth);
+    DrawHistogram(body, frame, scene->figures);
     y = frame.y.from;
   }
   y += 62;

@@ -61,6 +61,7 @@ Json ToJson(const SceneAnalysis& scene) {
           {"near_mm", Number(f.near_mm)},
           {"sharp_share", f.sharp_share},
           {"detail_kept", f.detail_kept ? Json(*f.detail_kept) : Json()},
+          {"detail_kept_beam", f.detail_kept_beam ? Json(*f.detail_kept_beam) : Json()},
           {"histogram",
            {{"edges_mm", f.edges_mm},
             {"share", f.share},

@@ -56,11 +56,13 @@ void AddWhole(const Analysis& analysis, std::string& text) {
     fmt::format_to(out, ", {:.4g} times those of one layer with the same range",
                    *analysis.rays_to_one_layer);
   }
-  fmt::format_to(out,
-                 "\n                 {} layer{} that share{} a range evenly: {:.4g} times (full "
-                 "parallax), {:g} times (horizontal only)\n",
-                 layers, layers == 1 ? "" : "s", layers == 1 ? "s" : "", RayRatio(layers, 2),
-                 RayRatio(layers, 1));
+  text += "\n";
+  if (layers > 1) {
+    fmt::format_to(out,
+                   "                 {} layers that share a range evenly: {:.4g} times (full "
+                   "parallax), {:g} times (horizontal only)\n",
+                   layers, RayRatio(layers, 2), RayRatio(layers, 1));
+  }
   fmt::format_to(out, "full resolution ");
   constexpr std::size_t kMostIntervals = 8;
   for (std::size_t i = 0; i < std::min(analysis.sharp.size(), kMostIntervals); ++i) {
@@ -125,10 +127,13 @@ void AddScene(const SceneAnalysis& scene, std::string& text) {
   fmt::format_to(out,
                  "depth            {:.4g} to {:.4g} mm (1 % to 99 % of pixels), known {:.1f} %\n",
                  f.far_mm, f.near_mm, 100 * f.known_share);
-  fmt::format_to(out, "at full resolution  {:.1f} % of the pixels\n", 100 * f.sharp_share);
-  if (f.detail_kept) {
-    fmt::format_to(out, "detail kept      {:.1f} % of the energy of periods from 2 to 16 px\n",
-                   100 * *f.detail_kept);
+  fmt::format_to(out, "full resolution  {:.1f} % of the pixels lie where a layer has it\n",
+                 100 * f.sharp_share);
+  if (f.detail_kept && f.detail_kept_beam) {
+    fmt::format_to(out,
+                   "detail kept      {:.1f} % by Eq. 1, {:.1f} % by the real beams (energy of "
+                   "periods of 2 to 16 px)\n",
+                   100 * *f.detail_kept, 100 * *f.detail_kept_beam);
   }
   constexpr std::size_t kRows = 16, kWidth = 50;
   const std::size_t per_row = f.share.size() / kRows;
