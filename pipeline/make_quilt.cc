@@ -70,7 +70,7 @@ std::vector<NamedFile> ViewsOf(const fs::path& folder, const MakeQuiltOptions& o
 
 // Of all views; checks that it is one.
 ImageInfo SizeOf(const std::vector<NamedFile>& files) {
-  const ImageInfo first = ReadImageInfo(files.front().path);
+  ImageInfo first = ReadImageInfo(files.front().path);
   for (const NamedFile& file : files) {
     const ImageInfo info = ReadImageInfo(file.path);
     if (info.width == first.width && info.height == first.height) continue;

@@ -51,7 +51,7 @@ double Angle(const JsonObject& file, const std::string& key) {
 }
 
 std::string VersionOf(const JsonObject& file) {
-  const std::string version = file.Text("configVersion");
+  std::string version = file.Text("configVersion");
   char* end = nullptr;
   const double number = std::strtod(version.c_str(), &end);
   if (end == version.c_str() || *end != '\0' || !(number >= 1)) {

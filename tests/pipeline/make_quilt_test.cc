@@ -26,21 +26,23 @@ bool Equal(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b) {
   return true;
 }
 
-double SquaredError(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b) {
+// Mean over every `step`-th row.
+double SquaredError(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, int step = 1) {
   double sum = 0;
-  for (int y = 0; y < a.height; ++y) {
+  int rows = 0;
+  for (int y = 0; y < a.height; y += step, ++rows) {
     for (int x = 0; x < a.width; ++x) {
       const Rgb8 p = a(x, y), q = b(x, y);
       const int r = p.r - q.r, g = p.g - q.g, bl = p.b - q.b;
       sum += r * r + g * g + bl * bl;
     }
   }
-  return sum / (3.0 * a.width * a.height);
+  return sum / (3.0 * a.width * rows);
 }
 
 // Pictures of 4 x 3 px with codes by their place in the order.
 fs::path FolderOf(const std::vector<std::string>& names) {
-  const fs::path folder = ScratchFolder() / "views";
+  fs::path folder = ScratchFolder() / "views";
   fs::create_directory(folder);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto code = static_cast<std::uint8_t>(10 * (i + 1));
@@ -167,7 +169,7 @@ TEST(RealQuilt, IsThatOfItsPhotographsAndReadsBackToThem) {
     error += own / 33;
     for (int other = 0; other < 33; ++other) {
       if (other == view) continue;
-      EXPECT_LT(2 * own, SquaredError(tile, pictures[static_cast<std::size_t>(other)].span()));
+      EXPECT_LT(2 * own, SquaredError(tile, pictures[static_cast<std::size_t>(other)].span(), 8));
     }
   }
   const double psnr = 10 * std::log10(255.0 * 255.0 / error);
