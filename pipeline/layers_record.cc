@@ -1,6 +1,7 @@
 #include "pipeline/layers_record.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -22,6 +23,7 @@ constexpr int kFormatVersion = 1;
 constexpr const char* kRecordFile = "layers.json";
 constexpr const char* kRunLayers = "run `lamella layers` again";
 constexpr float kLargestHalf = 65504;
+constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
 
 // JSON has no infinity.
 Json Number(double value) {
@@ -187,10 +189,10 @@ std::string EmitterFile(int layer, int slot) {
   return fmt::format("layer_{}_slot_{}.exr", layer, slot);
 }
 
-void SaveEmitterImage(const fs::path& folder, int layer, int slot, const EmitterImage& image) {
+std::vector<Channel> ChannelsOf(const EmitterImage& image) {
   const int width = image.color.width(), height = image.color.height();
   std::vector<Channel> channels;
-  for (const char* name : {"R", "G", "B", "A"}) channels.push_back({name, {width, height}});
+  for (const char* name : kChannels) channels.push_back({name, {width, height}});
   for (std::size_t i = 0; i < image.color.size(); ++i) {
     const Rgb& color = image.color.data()[i];
     channels[0].pixels.data()[i] = std::min(color.r, kLargestHalf);
@@ -198,7 +200,23 @@ void SaveEmitterImage(const fs::path& folder, int layer, int slot, const Emitter
     channels[2].pixels.data()[i] = std::min(color.b, kLargestHalf);
     channels[3].pixels.data()[i] = image.coverage.data()[i];
   }
-  WriteExr(folder / EmitterFile(layer, slot), channels, ExrType::kHalf, ExrCompression::kPiz);
+  return channels;
+}
+
+ExrRowsWriter EmitterWriter(const fs::path& folder, int layer, int slot, int width, int height) {
+  return {folder / EmitterFile(layer, slot),
+          {kChannels.begin(), kChannels.end()},
+          width,
+          height,
+          ExrType::kHalf,
+          ExrCompression::kPiz};
+}
+
+void SaveEmitterImage(const fs::path& folder, int layer, int slot, const EmitterImage& image) {
+  ExrRowsWriter file =
+      EmitterWriter(folder, layer, slot, image.color.width(), image.color.height());
+  file.Write(ChannelsOf(image));
+  file.Close();
 }
 
 EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,
