@@ -1,144 +1,185 @@
 #include "distribute/accumulate.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
 
+#include "distribute/accumulate_kernels.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
 
 // Emitter rows whose sums one task owns. More rows share more of the samples' rows, fewer keep
-// those in the cache.
-constexpr int kBandRows = 48;
+// more threads busy.
+constexpr int kBandRows = 64;
 
 std::size_t Index(int i) { return static_cast<std::size_t>(i); }
 
-inline void AddScaled(Light& sum, float weight, const Light& light) {
-  sum.r += weight * light.r;
-  sum.g += weight * light.g;
-  sum.b += weight * light.b;
-  sum.coverage += weight * light.coverage;
-}
+// The overlaps along y of each band's emitter rows, by their first sample: so a band needs each row
+// of samples once.
+using Band = std::vector<const Overlap*>;
 
-// What a layer shows of a row of samples.
-void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
-             Light* out) {
-  for (int i = 0; i < count; ++i) {
-    const RaySample& sample = samples[i];
-    const float light = sample.color.r + sample.color.g + sample.color.b;
-    if (!(sample.coverage > 0 && std::isfinite(light))) {
-      out[i] = Light();
-      continue;
-    }
-    const float scale = weights.Weight(layer, sample.z) * sample.coverage;
-    out[i] = {scale * sample.color.r, scale * sample.color.g, scale * sample.color.b,
-              sample.coverage};
-  }
-}
-
-// out[i] = overlap i of the node along x, for one row of samples.
-void FilterRow(const Light* row, int first_x, const std::vector<Overlap>& overlaps,
-               const float* weights, Light* out) {
-  for (const Overlap& overlap : overlaps) {
-    const Light* sample = row + (overlap.first_sample - first_x);
-    const float* weight = weights + overlap.weights;
-    Light sum;
-    for (int i = 0; i < overlap.num_samples; ++i) AddScaled(sum, weight[i], sample[i]);
-    *out++ = sum;
-  }
-}
-
-// The overlaps along y of a band's emitter rows that have one family of columns, and the rows of
-// samples that they need, filtered along x.
-struct BandFamily {
-  const std::vector<Overlap>* columns = nullptr;
-  const float* weights = nullptr;  // of the columns
-  std::vector<const Overlap*> rows;
-  int first_sample = 0, end_sample = 0;
-  std::vector<Light> filtered;
-
-  std::size_t stride() const { return columns->size(); }
-  Light* Filtered(int sample) { return filtered.data() + stride() * Index(sample - first_sample); }
-};
-
-struct Band {
-  std::vector<BandFamily> families;
-  int first_sample = 0, end_sample = 0;
-};
-
-std::vector<Band> BandsOf(const LayerOverlaps& overlaps, int node_x, int node_y,
-                          const EmitterSums& sums) {
+std::vector<Band> BandsOf(const LayerOverlaps& overlaps, int node_y, const EmitterSums& sums) {
   const int rows = sums.slots.at(0).height();
   std::vector<Band> bands(Index((rows + kBandRows - 1) / kBandRows));
-  std::vector<std::vector<int>> place(bands.size(), std::vector<int>(overlaps.x.size(), -1));
-  const auto widen = [](auto& range, const Overlap& overlap, bool is_new) {
-    const int end = overlap.first_sample + overlap.num_samples;
-    range.first_sample =
-        is_new ? overlap.first_sample : std::min(range.first_sample, overlap.first_sample);
-    range.end_sample = is_new ? end : std::max(range.end_sample, end);
-  };
   for (const Overlap& overlap : overlaps.y.nodes[Index(node_y)]) {
-    const AxisOverlaps& x = overlaps.x[Index(overlap.family)];
-    if (x.nodes[Index(node_x)].empty()) continue;
-    const std::size_t b = Index((overlap.emitter - sums.first_row) / kBandRows);
-    Band& band = bands[b];
-    int& family = place[b][Index(overlap.family)];
-    widen(band, overlap, band.families.empty());
-    if (family < 0) {
-      family = static_cast<int>(band.families.size());
-      band.families.push_back({&x.nodes[Index(node_x)], x.weights.data(), {}, 0, 0, {}});
-    }
-    BandFamily& rows_of = band.families[Index(family)];
-    widen(rows_of, overlap, rows_of.rows.empty());
-    rows_of.rows.push_back(&overlap);
+    bands[Index((overlap.emitter - sums.first_row) / kBandRows)].push_back(&overlap);
+  }
+  for (Band& band : bands) {
+    std::stable_sort(band.begin(), band.end(), [](const Overlap* a, const Overlap* b) {
+      return a->first_sample < b->first_sample;
+    });
   }
   return bands;
 }
 
-// Adds the weighted sum of filtered rows to one emitter row of every slot along x.
-void AddRow(const Overlap& row, const float* weights, const Light* filtered, std::size_t stride,
-            const std::vector<Overlap>& columns, Light* const* sums_of_slot) {
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    Light& sum = sums_of_slot[columns[i].slot][columns[i].emitter];
-    const Light* light = filtered + i;
-    for (int j = 0; j < row.num_samples; ++j, light += stride) AddScaled(sum, weights[j], *light);
+// Room for lights, kept by each thread: bands are many and short-lived, and fresh memory is slow.
+class Room {
+ public:
+  explicit Room(std::size_t lights) {
+    if (!Kept().empty()) {
+      lights_ = std::move(Kept().back());
+      Kept().pop_back();
+    }
+    if (lights_.size() < lights) lights_.resize(lights);
   }
+  ~Room() {
+    if (!lights_.empty()) Kept().push_back(std::move(lights_));
+  }
+  Room(Room&&) = default;
+  Light* data() { return lights_.data(); }
+
+ private:
+  static std::vector<std::vector<Light>>& Kept() {
+    thread_local std::vector<std::vector<Light>> kept;
+    return kept;
+  }
+  std::vector<Light> lights_;
+};
+
+// Keeps the last `most` rows that were made; rows are asked for in rising order.
+class RowWindow {
+ public:
+  RowWindow(int most, int width) : most_(most), width_(Index(width)), room_(Index(most) * width_) {}
+
+  // Calls make(row, out) for those of the rows [first, first + count) that were not made before.
+  template <class Make>
+  void Fill(int first, int count, const Make& make) {
+    next_ = std::max(next_, first);
+    for (; next_ < first + count; ++next_) make(next_, Row(next_));
+  }
+  // Indices of samples may be negative.
+  Light* Row(int row) { return room_.data() + Index((row % most_ + most_) % most_) * width_; }
+
+ private:
+  int most_;
+  std::size_t width_;
+  Room room_;
+  int next_ = std::numeric_limits<int>::min();
+};
+
+// Places that follow each other in a row of sums, and so do their overlaps.
+struct Run {
+  int slot = 0, place = 0;
+  int first = 0, count = 0;  // of the overlaps
+};
+
+std::vector<Run> RunsOf(const std::vector<Overlap>& overlaps) {
+  std::vector<Run> runs;
+  for (int i = 0; i < static_cast<int>(overlaps.size()); ++i) {
+    const Overlap& overlap = overlaps[Index(i)];
+    if (runs.empty() || runs.back().slot != overlap.slot ||
+        runs.back().place + runs.back().count != overlap.emitter) {
+      runs.push_back({overlap.slot, overlap.emitter, i, 0});
+    }
+    ++runs.back().count;
+  }
+  return runs;
 }
 
-void AddFamily(BandFamily& family, const float* row_weights, EmitterSums& sums) {
-  std::vector<Light*> sums_of_slot(Index(sums.slots_per_axis));
-  for (const Overlap* row : family.rows) {
-    for (int slot_x = 0; slot_x < sums.slots_per_axis; ++slot_x) {
-      Image<Light>& slot = sums.slots[Index(sums.slots_per_axis * row->slot + slot_x)];
-      sums_of_slot[Index(slot_x)] = slot.row(row->emitter - sums.first_row);
-    }
-    AddRow(*row, row_weights + row->weights, family.Filtered(row->first_sample), family.stride(),
-           *family.columns, sums_of_slot.data());
+// The columns of a family at a node, and the rows of samples that were filtered to them.
+struct FamilyRows {
+  FamilyRows(const AxisOverlaps& x, int node_x, int most_rows)
+      : columns(x.nodes[Index(node_x)]),
+        weights(x.weights.data()),
+        runs(RunsOf(columns)),
+        filtered(most_rows, static_cast<int>(columns.size())) {}
+  const std::vector<Overlap>& columns;
+  const float* weights;
+  std::vector<Run> runs;
+  RowWindow filtered;
+};
+
+void AddRun(const Run& run, const Overlap& row, const float* row_weights, FamilyRows& family,
+            std::vector<const Light*>& taps, EmitterSums& sums) {
+  taps.clear();
+  for (int i = 0; i < row.num_samples; ++i) {
+    taps.push_back(family.filtered.Row(row.first_sample + i) + run.first);
   }
+  Image<Light>& slot = sums.slots[Index(sums.slots_per_axis * row.slot + run.slot)];
+  AddRows(taps.data(), row_weights + row.weights, row.num_samples, run.count,
+          slot.row(row.emitter - sums.first_row) + run.place);
 }
+
+// A node's part in a band.
+class NodeInBand {
+ public:
+  NodeInBand(const NodeSamples& node, const LayerWeights& weights, int layer,
+             const LayerOverlaps& overlaps, int most_rows)
+      : node_(node),
+        weights_(weights),
+        layer_(layer),
+        overlaps_(overlaps),
+        most_rows_(most_rows),
+        taken_(most_rows, node.samples.width),
+        families_(overlaps.x.size()) {}
+
+  void Add(const Overlap& row, EmitterSums& sums) {
+    const AxisOverlaps& x = overlaps_.x[Index(row.family)];
+    if (x.nodes[Index(node_.node_x)].empty()) return;
+    std::unique_ptr<FamilyRows>& family = families_[Index(row.family)];
+    if (!family) family = std::make_unique<FamilyRows>(x, node_.node_x, most_rows_);
+    taken_.Fill(row.first_sample, row.num_samples, [&](int j, Light* out) {
+      TakeRow(node_.samples.row(j - node_.first_y), node_.samples.width, weights_, layer_, out);
+    });
+    family->filtered.Fill(row.first_sample, row.num_samples, [&](int j, Light* out) {
+      FilterRow(taken_.Row(j), node_.first_x, family->columns, family->weights, out);
+    });
+    for (const Run& run : family->runs) {
+      AddRun(run, row, overlaps_.y.weights.data(), *family, taps_, sums);
+    }
+  }
+
+ private:
+  const NodeSamples& node_;
+  const LayerWeights& weights_;
+  const int layer_;
+  const LayerOverlaps& overlaps_;
+  const int most_rows_;
+  RowWindow taken_;
+  std::vector<std::unique_ptr<FamilyRows>> families_;
+  std::vector<const Light*> taps_;
+};
 
 }  // namespace
 
-void Accumulate(const NodeSamples& node, const LayerWeights& weights, int layer,
-                const LayerOverlaps& overlaps, EmitterSums& sums) {
-  std::vector<Band> bands = BandsOf(overlaps, node.node_x, node.node_y, sums);
+void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
+                int layer, const LayerOverlaps& overlaps, EmitterSums& sums) {
+  const std::vector<Band> bands = BandsOf(overlaps, node_y, sums);
   ParallelForEach(0, static_cast<std::int64_t>(bands.size()), [&](std::int64_t b) {
-    Band& band = bands[static_cast<std::size_t>(b)];
-    for (BandFamily& family : band.families) {
-      family.filtered.resize(family.stride() * Index(family.end_sample - family.first_sample));
+    const Band& band = bands[static_cast<std::size_t>(b)];
+    int most_rows = 1;
+    for (const Overlap* row : band) most_rows = std::max(most_rows, row->num_samples);
+    std::vector<NodeInBand> in_band;
+    in_band.reserve(nodes.size());
+    for (const NodeSamples& node : nodes) {
+      in_band.emplace_back(node, weights, layer, overlaps, most_rows);
     }
-    std::vector<Light> taken(Index(node.samples.width));
-    for (int j = band.first_sample; j < band.end_sample; ++j) {
-      TakeRow(node.samples.row(j - node.first_y), node.samples.width, weights, layer, taken.data());
-      for (BandFamily& family : band.families) {
-        if (j < family.first_sample || j >= family.end_sample) continue;
-        FilterRow(taken.data(), node.first_x, *family.columns, family.weights, family.Filtered(j));
-      }
-    }
-    for (BandFamily& family : band.families) {
-      AddFamily(family, overlaps.y.weights.data(), sums);
-      family.filtered = {};
+    // An emitter gets what it gets of all nodes while it is in the cache.
+    for (const Overlap* row : band) {
+      for (NodeInBand& node : in_band) node.Add(*row, sums);
     }
   });
 }

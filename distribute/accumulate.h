@@ -1,8 +1,9 @@
-// Adds one node's samples to the emitters of one layer: the nearest layer's choice
+// Adds nodes' samples to the emitters of one layer: the nearest layer's choice
 // (distribute/assign.h) and the sparse matrix product of distribute/prefilter.h, first along rows
-// and then along columns, by bands of emitter rows.
+// and then down columns, by bands of emitter rows.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "distribute/assign.h"
@@ -17,8 +18,8 @@ struct alignas(16) Light {
   float r = 0, g = 0, b = 0, coverage = 0;
 };
 
-// The emitters of rows [first_row, ...) of all time slots of a layer:
-// slots[slots_per_axis * slot_y + slot_x].
+// The emitters of rows [first_row, ...) of all time slots of a layer, slots[slots_per_axis * slot_y
+// + slot_x]. Columns may have any order; Overlap::emitter of columns names their places in it.
 struct EmitterSums {
   int slots_per_axis = 1;
   int first_row = 0;
@@ -33,15 +34,16 @@ struct LayerOverlaps {
 
 // A node's samples; the first one has these indices on the sample lattice.
 struct NodeSamples {
-  int node_x = 0, node_y = 0;
+  int node_x = 0;
   int first_x = 0, first_y = 0;
   ImageSpan<const RaySample> samples;
 };
 
-// A sample is taken by its weight for `layer`, black where another layer shows it (a shadow), and
-// not at all where it is unknown or not finite. The samples cover those of all overlaps. Parallel
-// over bands of emitter rows.
-void Accumulate(const NodeSamples& node, const LayerWeights& weights, int layer,
-                const LayerOverlaps& overlaps, EmitterSums& sums);
+// Nodes of one row of nodes; many at a time are faster, since they share emitters. A sample is
+// taken by its weight for `layer`, black where another layer shows it (a shadow), and not at all
+// where it is unknown or not finite. The samples cover those of all overlaps. Parallel over bands
+// of emitter rows.
+void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
+                int layer, const LayerOverlaps& overlaps, EmitterSums& sums);
 
 }  // namespace lamella

@@ -56,9 +56,20 @@ double BytesPerRow(const Display& display) {
   return bytes;
 }
 
-// Half of the memory is left to the scene.
+constexpr double kGib = 1073741824;
+
+// A quarter of the memory is for nodes' samples, half is left to the scene.
+int BatchOf(const NodeLattice& nodes, const Strip& strip, const LayersOptions& options) {
+  constexpr int kMost = 8;  // neighbours that share emitters
+  int width = 1;
+  for (const SampleRange& range : nodes.samples_x) width = std::max(width, range.size());
+  const double rows = static_cast<double>(strip.rows()) * options.samples_per_pixel;
+  const double fitting = options.memory_gib / 4 * kGib / (sizeof(RaySample) * rows * width);
+  return static_cast<int>(std::clamp(fitting, 1.0, double{kMost}));
+}
+
 std::vector<Strip> StripsOf(const Display& display, double memory_gib) {
-  const double fitting = memory_gib * 0.5 * 1073741824.0 / BytesPerRow(display);
+  const double fitting = memory_gib / 4 * kGib / BytesPerRow(display);
   const int rows = display.emitter_rows();
   int step = rows;
   if (fitting < rows) step = std::max(1, static_cast<int>(fitting) / kBlockRows) * kBlockRows;
@@ -67,15 +78,50 @@ std::vector<Strip> StripsOf(const Display& display, double memory_gib) {
   return strips;
 }
 
-EmitterImage Normalised(const Image<Light>& sums) {
+// places[column]: of the column in a row of sums.
+using ColumnPlaces = std::vector<int>;
+
+// Puts columns that one node adds to beside each other, by their first node: sums are too many for
+// the cache, and on the panel a node's emitters lie a period apart. By slot; the overlaps then name
+// places instead of columns.
+std::vector<ColumnPlaces> SortColumnsByNode(int slots, int columns, std::vector<AxisOverlaps>& x) {
+  std::vector<ColumnPlaces> places(Index(slots), ColumnPlaces(Index(columns), -1));
+  std::vector<int> next(Index(slots), 0);
+  for (std::size_t node = 0; node < x.at(0).nodes.size(); ++node) {
+    for (AxisOverlaps& family : x) {
+      for (Overlap& overlap : family.nodes[node]) {
+        int& place = places[Index(overlap.slot)][Index(overlap.emitter)];
+        if (place < 0) place = next[Index(overlap.slot)]++;
+        overlap.emitter = place;
+      }
+    }
+  }
+  for (AxisOverlaps& family : x) {
+    for (std::vector<Overlap>& node : family.nodes) {
+      std::sort(node.begin(), node.end(), [](const Overlap& a, const Overlap& b) {
+        return std::pair(a.slot, a.emitter) < std::pair(b.slot, b.emitter);
+      });
+    }
+  }
+  for (std::size_t slot = 0; slot < places.size(); ++slot) {
+    for (int& place : places[slot]) {
+      if (place < 0) place = next[slot]++;  // dark
+    }
+  }
+  return places;
+}
+
+EmitterImage Normalised(const Image<Light>& sums, const ColumnPlaces& places) {
   EmitterImage image{Image<Rgb>(sums.width(), sums.height()),
                      Image<float>(sums.width(), sums.height())};
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    const Light& sum = sums.data()[i];
-    if (sum.coverage < kLeastCoverage) continue;
-    const float scale = 1 / sum.coverage;
-    image.color.data()[i] = {scale * sum.r, scale * sum.g, scale * sum.b};
-    image.coverage.data()[i] = std::min(sum.coverage, 1.0F);
+  for (int y = 0; y < sums.height(); ++y) {
+    for (int x = 0; x < sums.width(); ++x) {
+      const Light& sum = sums(places[Index(x)], y);
+      if (sum.coverage < kLeastCoverage) continue;
+      const float scale = 1 / sum.coverage;
+      image.color(x, y) = {scale * sum.r, scale * sum.g, scale * sum.b};
+      image.coverage(x, y) = std::min(sum.coverage, 1.0F);
+    }
   }
   return image;
 }
@@ -144,7 +190,9 @@ class Distributor {
         beams_(EnclosingBeams(display)),
         nodes_(
             NodesFor(display, beams_, options.nodes_per_step, options.samples_per_pixel, kernel_)),
-        strips_(StripsOf(display, options.memory_gib)) {
+        strips_(StripsOf(display, options.memory_gib)),
+        batch_(BatchOf(nodes_, strips_[0], options)),
+        samples_(Index(batch_)) {
     nodes_.scatter = options.scatter;
   }
 
@@ -161,6 +209,7 @@ class Distributor {
   struct LayerStrip {
     LayerBeams beams;
     LayerOverlaps overlaps;
+    std::vector<ColumnPlaces> places;  // by slot along x
     EmitterSums sums;
   };
 
@@ -184,10 +233,11 @@ class Distributor {
     }
     part.overlaps.y =
         OverlapsOf(part.beams.rows, z, nodes_.aim, z, nodes_.y, nodes_.sample_y, kernel_);
-    const int k = SlotsPerAxis(layer);
+    const int k = SlotsPerAxis(layer), columns = EmitterColumns(display_, layer);
+    part.places = SortColumnsByNode(k, columns, part.overlaps.x);
     part.sums = {k, strip.first_row, {}};
     for (int slot = 0; slot < k * k; ++slot) {
-      part.sums.slots.emplace_back(EmitterColumns(display_, layer), strip.rows());
+      part.sums.slots.emplace_back(columns, strip.rows());
     }
     return part;
   }
@@ -201,9 +251,10 @@ class Distributor {
     std::vector<const AxisOverlaps*> rows;
     for (const LayerStrip& layer : layers) rows.push_back(&layer.overlaps.y);
     for (int node_y = 0; node_y < nodes_.y.count; ++node_y) {
-      for (int node_x = 0; node_x < nodes_.x.count; ++node_x) {
-        AddNode(node_x, node_y, SamplesOf(rows, node_y), layers);
-        progress.Advance();
+      const SampleRange y = SamplesOf(rows, node_y);
+      for (int node_x = 0; node_x < nodes_.x.count; node_x += batch_) {
+        AddNodes(node_x, std::min(node_x + batch_, nodes_.x.count), node_y, y, layers);
+        progress.Advance(std::min(batch_, nodes_.x.count - node_x));
       }
     }
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {
@@ -212,19 +263,29 @@ class Distributor {
   }
 
   // Asks the source once for all layers and slots.
-  void AddNode(int node_x, int node_y, const SampleRange& y, std::vector<LayerStrip>& layers) {
+  NodeSamples Ask(int node_x, int node_y, const SampleRange& y, Image<RaySample>& room) const {
     const RayBundle bundle = RaysOfNode(nodes_, node_x, node_y);
-    if (bundle.width == 0 || y.size() == 0) return;
     const Rect rays{0, y.first - nodes_.samples_y[Index(node_y)].first, bundle.width, y.size()};
-    if (samples_.width() < rays.width || samples_.height() < rays.height) {
-      samples_ = Image<RaySample>(std::max(samples_.width(), rays.width),
-                                  std::max(samples_.height(), rays.height));
+    if (room.width() < rays.width || room.height() < rays.height) {
+      room = Image<RaySample>(std::max(room.width(), rays.width),
+                              std::max(room.height(), rays.height));
     }
-    const ImageSpan<RaySample> samples = samples_.span().Sub({0, 0, rays.width, rays.height});
+    const ImageSpan<RaySample> samples = room.span().Sub({0, 0, rays.width, rays.height});
     source_.Query(bundle, rays, samples);
-    const NodeSamples node{node_x, node_y, nodes_.samples_x[Index(node_x)].first, y.first, samples};
+    return {node_x, nodes_.samples_x[Index(node_x)].first, y.first, samples};
+  }
+
+  // Nodes [first_x, end_x) of a row of nodes.
+  void AddNodes(int first_x, int end_x, int node_y, const SampleRange& y,
+                std::vector<LayerStrip>& layers) {
+    if (y.size() == 0) return;
+    std::vector<NodeSamples> nodes;
+    for (int node_x = first_x; node_x < end_x; ++node_x) {
+      if (nodes_.samples_x[Index(node_x)].size() == 0) continue;
+      nodes.push_back(Ask(node_x, node_y, y, samples_[Index(node_x - first_x)]));
+    }
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-      Accumulate(node, weights_, static_cast<int>(layer), layers[layer].overlaps,
+      Accumulate(nodes, node_y, weights_, static_cast<int>(layer), layers[layer].overlaps,
                  layers[layer].sums);
     }
   }
@@ -239,7 +300,7 @@ class Distributor {
     ParallelForEach(0, static_cast<std::int64_t>(all.size()), [&](std::int64_t s) {
       const std::size_t slot = static_cast<std::size_t>(s);
       EmitterRows rows{layer, static_cast<int>(s), part.sums.first_row,
-                       Normalised(part.sums.slots[slot])};
+                       Normalised(part.sums.slots[slot], part.places[slot % Index(k)])};
       part.sums.slots[slot] = {};
       all[slot] = CountSeen(part.beams, z, rows, k, {});
       in_picture[slot] = CountSeen(part.beams, z, rows, k, picture);
@@ -257,7 +318,8 @@ class Distributor {
   const std::vector<LayerBeams> beams_;
   NodeLattice nodes_;
   const std::vector<Strip> strips_;
-  Image<RaySample> samples_;  // room for any node's
+  const int batch_;                        // nodes that are added at a time
+  std::vector<Image<RaySample>> samples_;  // room for each of them
   SeenRays all_, in_picture_;
 };
 
