@@ -13,26 +13,31 @@ namespace {
 
 // Emitter rows whose sums one task owns. More rows share more of the samples' rows, fewer keep
 // more threads busy.
-constexpr int kBandRows = 64;
+constexpr int kBandRows = 32;
 
 std::size_t Index(int i) { return static_cast<std::size_t>(i); }
 
-// The overlaps along y of each band's emitter rows, by their first sample: so a band needs each row
-// of samples once.
-using Band = std::vector<const Overlap*>;
+// The overlaps along y of some emitter rows of a layer, by their first sample: so each row of
+// samples is needed once.
+struct Band {
+  int layer = 0;
+  std::vector<const Overlap*> rows;
+  int first_sample() const { return rows.empty() ? 0 : rows[0]->first_sample; }
+};
 
-std::vector<Band> BandsOf(const LayerOverlaps& overlaps, int node_y, const EmitterSums& sums) {
-  const int rows = sums.slots.at(0).height();
-  std::vector<Band> bands(Index((rows + kBandRows - 1) / kBandRows));
-  for (const Overlap& overlap : overlaps.y.nodes[Index(node_y)]) {
-    bands[Index((overlap.emitter - sums.first_row) / kBandRows)].push_back(&overlap);
+void AddBands(int layer, const LayerSums& of, int node_y, std::vector<Band>& bands) {
+  const int rows = of.sums.slots.at(0).height();
+  const std::size_t first = bands.size();
+  bands.resize(first + Index((rows + kBandRows - 1) / kBandRows), Band{layer, {}});
+  for (const Overlap& overlap : of.overlaps.y.nodes[Index(node_y)]) {
+    const int band = (overlap.emitter - of.sums.first_row) / kBandRows;
+    bands[first + Index(band)].rows.push_back(&overlap);
   }
-  for (Band& band : bands) {
-    std::stable_sort(band.begin(), band.end(), [](const Overlap* a, const Overlap* b) {
-      return a->first_sample < b->first_sample;
-    });
+  for (std::size_t i = first; i < bands.size(); ++i) {
+    std::stable_sort(
+        bands[i].rows.begin(), bands[i].rows.end(),
+        [](const Overlap* a, const Overlap* b) { return a->first_sample < b->first_sample; });
   }
-  return bands;
 }
 
 // Room for lights, kept by each thread: bands are many and short-lived, and fresh memory is slow.
@@ -163,24 +168,36 @@ class NodeInBand {
   std::vector<const Light*> taps_;
 };
 
+void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWeights& weights,
+             LayerSums& layer) {
+  int most_rows = 1;
+  for (const Overlap* row : band.rows) most_rows = std::max(most_rows, row->num_samples);
+  std::vector<NodeInBand> in_band;
+  in_band.reserve(nodes.size());
+  for (const NodeSamples& node : nodes) {
+    in_band.emplace_back(node, weights, band.layer, layer.overlaps, most_rows);
+  }
+  // An emitter gets what it gets of all nodes while it is in the cache.
+  for (const Overlap* row : band.rows) {
+    for (NodeInBand& node : in_band) node.Add(*row, layer.sums);
+  }
+}
+
 }  // namespace
 
 void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
-                int layer, const LayerOverlaps& overlaps, EmitterSums& sums) {
-  const std::vector<Band> bands = BandsOf(overlaps, node_y, sums);
-  ParallelForEach(0, static_cast<std::int64_t>(bands.size()), [&](std::int64_t b) {
-    const Band& band = bands[static_cast<std::size_t>(b)];
-    int most_rows = 1;
-    for (const Overlap* row : band) most_rows = std::max(most_rows, row->num_samples);
-    std::vector<NodeInBand> in_band;
-    in_band.reserve(nodes.size());
-    for (const NodeSamples& node : nodes) {
-      in_band.emplace_back(node, weights, layer, overlaps, most_rows);
-    }
-    // An emitter gets what it gets of all nodes while it is in the cache.
-    for (const Overlap* row : band) {
-      for (NodeInBand& node : in_band) node.Add(*row, sums);
-    }
+                std::span<LayerSums> layers) {
+  std::vector<Band> bands;
+  for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+    AddBands(static_cast<int>(layer), layers[layer], node_y, bands);
+  }
+  // Bands of the same samples after each other.
+  std::stable_sort(bands.begin(), bands.end(), [](const Band& a, const Band& b) {
+    return a.first_sample() < b.first_sample();
+  });
+  ParallelForEach(0, static_cast<std::int64_t>(bands.size()), [&](std::int64_t i) {
+    const Band& band = bands[static_cast<std::size_t>(i)];
+    AddBand(band, nodes, weights, layers[Index(band.layer)]);
   });
 }
 

@@ -1,4 +1,4 @@
-// Adds nodes' samples to the emitters of one layer: the nearest layer's choice
+// Adds nodes' samples to the emitters of all layers: the nearest layer's choice
 // (distribute/assign.h) and the sparse matrix product of distribute/prefilter.h, first along rows
 // and then down columns, by bands of emitter rows.
 #pragma once
@@ -39,11 +39,17 @@ struct NodeSamples {
   ImageSpan<const RaySample> samples;
 };
 
-// Nodes of one row of nodes; many at a time are faster, since they share emitters. A sample is
-// taken by its weight for `layer`, black where another layer shows it (a shadow), and not at all
-// where it is unknown or not finite. The samples cover those of all overlaps. Parallel over bands
-// of emitter rows.
+// A layer's overlaps and sums.
+struct LayerSums {
+  LayerOverlaps overlaps;
+  EmitterSums sums;
+};
+
+// Nodes of one row of nodes; many at a time are faster, since they share emitters. A layer takes a
+// sample by its weight, black where another layer shows it (a shadow), and not at all where it is
+// unknown or not finite. The samples cover those of all overlaps. Parallel over layers and bands of
+// emitter rows.
 void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
-                int layer, const LayerOverlaps& overlaps, EmitterSums& sums);
+                std::span<LayerSums> layers);
 
 }  // namespace lamella

@@ -192,7 +192,9 @@ class Distributor {
             NodesFor(display, beams_, options.nodes_per_step, options.samples_per_pixel, kernel_)),
         strips_(StripsOf(display, options.memory_gib)),
         batch_(BatchOf(nodes_, strips_[0], options)),
-        samples_(Index(batch_)) {
+        samples_(Index(batch_)),
+        layers_(display.layers.size()),
+        sums_(display.layers.size()) {
     nodes_.scatter = options.scatter;
   }
 
@@ -205,60 +207,79 @@ class Distributor {
   }
 
  private:
-  // A layer's part of a strip.
+  // What a layer's sums are made of; of those without row families only the rows change.
   struct LayerStrip {
     LayerBeams beams;
-    LayerOverlaps overlaps;
     std::vector<ColumnPlaces> places;  // by slot along x
-    EmitterSums sums;
   };
 
-  LayerStrip Begin(const Strip& strip, int index) const {
-    const Layer& layer = display_.layers[Index(index)];
-    LayerStrip part;
-    if (HasRowFamilies(layer)) {
-      part.beams = BeamsOf(display_, index, strip.first_row, strip.end_row);
-    } else {
-      part.beams.columns = beams_[Index(index)].columns;
-      for (const EmitterBeam& row : beams_[Index(index)].rows) {
-        if (row.emitter >= strip.first_row && row.emitter < strip.end_row)
-          part.beams.rows.push_back(row);
-      }
-    }
-    // Beams and the nodes' rays that stand for them cross in the layer.
-    const double z = layer.position_mm;
-    for (const auto& family : part.beams.columns) {
-      part.overlaps.x.push_back(
+  // Beams and the nodes' rays that stand for them cross in the layer.
+  void BeginColumns(int index, LayerStrip& strip, LayerSums& layer) const {
+    const double z = display_.layers[Index(index)].position_mm;
+    layer.overlaps.x.clear();
+    for (const auto& family : strip.beams.columns) {
+      layer.overlaps.x.push_back(
           OverlapsOf(family, z, nodes_.aim, z, nodes_.x, nodes_.sample_x, kernel_));
     }
-    part.overlaps.y =
-        OverlapsOf(part.beams.rows, z, nodes_.aim, z, nodes_.y, nodes_.sample_y, kernel_);
-    const int k = SlotsPerAxis(layer), columns = EmitterColumns(display_, layer);
-    part.places = SortColumnsByNode(k, columns, part.overlaps.x);
-    part.sums = {k, strip.first_row, {}};
-    for (int slot = 0; slot < k * k; ++slot) {
-      part.sums.slots.emplace_back(columns, strip.rows());
+    strip.places = SortColumnsByNode(SlotsPerAxis(display_.layers[Index(index)]),
+                                     EmitterColumns(display_, display_.layers[Index(index)]),
+                                     layer.overlaps.x);
+  }
+
+  void Begin(const Strip& rows, int index, LayerStrip& strip, LayerSums& sums) const {
+    const Layer& layer = display_.layers[Index(index)];
+    if (HasRowFamilies(layer)) {
+      strip.beams = BeamsOf(display_, index, rows.first_row, rows.end_row);
+      BeginColumns(index, strip, sums);
+    } else {
+      if (strip.places.empty()) {
+        strip.beams.columns = beams_[Index(index)].columns;
+        BeginColumns(index, strip, sums);
+      }
+      strip.beams.rows.clear();
+      for (const EmitterBeam& row : beams_[Index(index)].rows) {
+        if (row.emitter >= rows.first_row && row.emitter < rows.end_row)
+          strip.beams.rows.push_back(row);
+      }
     }
-    return part;
+    const double z = layer.position_mm;
+    sums.overlaps.y =
+        OverlapsOf(strip.beams.rows, z, nodes_.aim, z, nodes_.y, nodes_.sample_y, kernel_);
+    BeginSums(rows, layer, sums.sums);
+  }
+
+  // Of zeros, in the memory of the strip before.
+  void BeginSums(const Strip& rows, const Layer& layer, EmitterSums& sums) const {
+    const int k = SlotsPerAxis(layer), columns = EmitterColumns(display_, layer);
+    sums.slots_per_axis = k;
+    sums.first_row = rows.first_row;
+    sums.slots.resize(Index(k * k));
+    for (Image<Light>& slot : sums.slots) {
+      if (slot.height() == rows.rows()) {
+        std::fill_n(slot.data(), slot.size(), Light());
+      } else {
+        slot = Image<Light>(columns, rows.rows());
+      }
+    }
   }
 
   void RunStrip(const Strip& strip, const PictureSize& picture, const TakeEmitterRows& take,
                 Progress& progress) {
-    std::vector<LayerStrip> layers(display_.layers.size());
-    ParallelForEach(0, static_cast<std::int64_t>(layers.size()), [&](std::int64_t layer) {
-      layers[static_cast<std::size_t>(layer)] = Begin(strip, static_cast<int>(layer));
+    ParallelForEach(0, static_cast<std::int64_t>(layers_.size()), [&](std::int64_t layer) {
+      const std::size_t l = static_cast<std::size_t>(layer);
+      Begin(strip, static_cast<int>(layer), layers_[l], sums_[l]);
     });
     std::vector<const AxisOverlaps*> rows;
-    for (const LayerStrip& layer : layers) rows.push_back(&layer.overlaps.y);
+    for (const LayerSums& layer : sums_) rows.push_back(&layer.overlaps.y);
     for (int node_y = 0; node_y < nodes_.y.count; ++node_y) {
       const SampleRange y = SamplesOf(rows, node_y);
       for (int node_x = 0; node_x < nodes_.x.count; node_x += batch_) {
-        AddNodes(node_x, std::min(node_x + batch_, nodes_.x.count), node_y, y, layers);
+        AddNodes(node_x, std::min(node_x + batch_, nodes_.x.count), node_y, y);
         progress.Advance(std::min(batch_, nodes_.x.count - node_x));
       }
     }
-    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-      Finish(static_cast<int>(layer), layers[layer], picture, take);
+    for (int layer = 0; layer < static_cast<int>(layers_.size()); ++layer) {
+      Finish(layer, picture, take);
     }
   }
 
@@ -276,34 +297,31 @@ class Distributor {
   }
 
   // Nodes [first_x, end_x) of a row of nodes.
-  void AddNodes(int first_x, int end_x, int node_y, const SampleRange& y,
-                std::vector<LayerStrip>& layers) {
+  void AddNodes(int first_x, int end_x, int node_y, const SampleRange& y) {
     if (y.size() == 0) return;
     std::vector<NodeSamples> nodes;
     for (int node_x = first_x; node_x < end_x; ++node_x) {
       if (nodes_.samples_x[Index(node_x)].size() == 0) continue;
       nodes.push_back(Ask(node_x, node_y, y, samples_[Index(node_x - first_x)]));
     }
-    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-      Accumulate(nodes, node_y, weights_, static_cast<int>(layer), layers[layer].overlaps,
-                 layers[layer].sums);
-    }
+    Accumulate(nodes, node_y, weights_, sums_);
   }
 
-  void Finish(int layer, LayerStrip& part, const PictureSize& picture,
-              const TakeEmitterRows& take) {
+  void Finish(int layer, const PictureSize& picture, const TakeEmitterRows& take) {
+    const LayerStrip& strip = layers_[Index(layer)];
+    EmitterSums& sums = sums_[Index(layer)].sums;
     const bool subpixels =
         EmitterColumns(display_, display_.layers[Index(layer)]) != display_.emitter_columns();
     const double z = display_.layers[Index(layer)].position_mm;
-    const int k = part.sums.slots_per_axis;
-    std::vector<SeenRays> all(part.sums.slots.size()), in_picture(all.size());
+    const int k = sums.slots_per_axis;
+    std::vector<SeenRays> all(sums.slots.size()), in_picture(all.size());
     ParallelForEach(0, static_cast<std::int64_t>(all.size()), [&](std::int64_t s) {
       const std::size_t slot = static_cast<std::size_t>(s);
-      EmitterRows rows{layer, static_cast<int>(s), part.sums.first_row,
-                       Normalised(part.sums.slots[slot], part.places[slot % Index(k)])};
-      part.sums.slots[slot] = {};
-      all[slot] = CountSeen(part.beams, z, rows, k, {});
-      in_picture[slot] = CountSeen(part.beams, z, rows, k, picture);
+      EmitterRows rows{layer, static_cast<int>(s), sums.first_row,
+                       Normalised(sums.slots[slot], strip.places[slot % Index(k)])};
+      if (strips_.size() == 1) sums.slots[slot] = {};
+      all[slot] = CountSeen(strip.beams, z, rows, k, {});
+      in_picture[slot] = CountSeen(strip.beams, z, rows, k, picture);
       if (subpixels) rows.emitters = Joined(rows.emitters);
       take(std::move(rows));
     });
@@ -320,6 +338,8 @@ class Distributor {
   const std::vector<Strip> strips_;
   const int batch_;                        // nodes that are added at a time
   std::vector<Image<RaySample>> samples_;  // room for each of them
+  std::vector<LayerStrip> layers_;
+  std::vector<LayerSums> sums_;
   SeenRays all_, in_picture_;
 };
 

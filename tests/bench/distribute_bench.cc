@@ -23,6 +23,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr double kMemoryGib = 0.25;  // strips that stay near the caches
+
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -84,8 +86,10 @@ void Run(double millions, double copy_rate) {
   const Ready source(display.width_px + 64, display.height_px + 64);
   const PanelResponse response = PanelResponse::Srgb();
   const Clock::time_point start = Clock::now();
+  LayersOptions options;
+  options.memory_gib = kMemoryGib;
   Distribute(
-      source, display, {}, {},
+      source, display, options, {},
       [&](const EmitterRows& rows) {
         Display strip = display;
         strip.height_px = rows.emitters.color.height();
