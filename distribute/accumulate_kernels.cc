@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
 
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
@@ -17,58 +19,77 @@ namespace hn = hwy::HWY_NAMESPACE;
 using LightTag = hn::CappedTag<float, 4>;
 constexpr std::size_t kStep = hn::MaxLanes(LightTag());
 
-constexpr int kBlock = 64;
+#if HWY_TARGET == HWY_SCALAR
 
-// weight[i] += sign * the share of sample i that lies in front of the border.
-void AddInFront(const RaySample* samples, int count, const LayerWeights::Border& border, float sign,
-                float* weight) {
-  if (border.per_mm == 0) {
-    for (int i = 0; i < count; ++i) weight[i] += samples[i].z >= border.at_mm ? sign : 0.0F;
-    return;
-  }
-  const float at = border.at_mm, per_mm = border.per_mm;
+void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
+             Light* out) {
   for (int i = 0; i < count; ++i) {
-    const float t = (samples[i].z - at) * per_mm + 0.5F;
-    weight[i] += sign * (t > 0 ? (t < 1 ? t : 1.0F) : 0.0F);
+    const RaySample& sample = samples[i];
+    const float light = sample.color.r + sample.color.g + sample.color.b;
+    out[i] = Light();
+    if (!(sample.coverage > 0 && std::isfinite(light))) continue;
+    const float scale = weights.Weight(layer, sample.z) * sample.coverage;
+    out[i] = {scale * sample.color.r, scale * sample.color.g, scale * sample.color.b,
+              sample.coverage};
   }
 }
 
-// Of up to kBlock samples: what their colours are multiplied by, and their coverages; both are 0
-// where nothing is known or the colour is not finite.
-void WeighBlock(const RaySample* samples, int count, const LayerWeights& weights, int layer,
-                float* scale, float* coverage) {
-  const auto *behind = weights.Behind(layer), *before = weights.Before(layer);
-  for (int i = 0; i < count; ++i) scale[i] = behind != nullptr ? 0.0F : 1.0F;
-  if (behind != nullptr) AddInFront(samples, count, *behind, 1, scale);
-  if (before != nullptr) AddInFront(samples, count, *before, -1, scale);
-  for (int i = 0; i < count; ++i) {
-    const float light = samples[i].color.r + samples[i].color.g + samples[i].color.b;
-    const float known = light - light == 0 ? samples[i].coverage : 0.0F;
-    coverage[i] = known > 0 ? known : 0.0F;
-    scale[i] *= coverage[i];
-  }
+#else
+
+// A sample is three pairs of floats, (r, g), (b, z), (confidence, coverage), and a Light two. Pairs
+// are lanes here, so that no float has to be moved to another place.
+using PairTag = hn::ScalableTag<std::uint64_t>;
+using FloatTag = hn::Repartition<float, PairTag>;
+using Floats = hn::VFromD<FloatTag>;
+static_assert(sizeof(RaySample) == 24 && sizeof(Light) == 16);
+
+// Share of the depths in the odd lanes that lies in front of the border, in the same lanes.
+Floats InFront(Floats z, const LayerWeights::Border& border) {
+  const FloatTag d;
+  const auto one = hn::Set(d, 1.0F), at = hn::Set(d, border.at_mm);
+  if (border.per_mm == 0) return hn::IfThenElseZero(hn::Ge(z, at), one);
+  const auto t = hn::Add(hn::Mul(hn::Sub(z, at), hn::Set(d, border.per_mm)), hn::Set(d, 0.5F));
+  // Nothing of NaN.
+  return hn::IfThenElseZero(hn::Gt(t, hn::Zero(d)), hn::Min(t, one));
+}
+
+// As many samples as there are pairs in a vector.
+void TakePairs(const RaySample* samples, const LayerWeights::Border* behind,
+               const LayerWeights::Border* before, Light* out) {
+  const PairTag pairs;
+  const FloatTag d;
+  hn::VFromD<PairTag> rg_pairs, bz_pairs, cc_pairs;
+  hn::LoadInterleaved3(pairs, reinterpret_cast<const std::uint64_t*>(samples), rg_pairs, bz_pairs,
+                       cc_pairs);
+  const Floats rg = hn::BitCast(d, rg_pairs), bz = hn::BitCast(d, bz_pairs),
+               cc = hn::BitCast(d, cc_pairs);
+  Floats weight = behind != nullptr ? InFront(bz, *behind) : hn::Set(d, 1.0F);
+  if (before != nullptr) weight = hn::Sub(weight, InFront(bz, *before));
+  const auto light = hn::Add(hn::Add(hn::DupEven(rg), hn::DupOdd(rg)), hn::DupEven(bz));
+  const auto coverage = hn::DupOdd(cc);
+  const auto known = hn::And(hn::IsFinite(light), hn::Gt(coverage, hn::Zero(d)));
+  const auto scale = hn::Mul(hn::DupOdd(weight), coverage);
+  const auto first = hn::IfThenElseZero(known, hn::Mul(rg, scale));
+  const auto second = hn::IfThenElseZero(known, hn::OddEven(coverage, hn::Mul(bz, scale)));
+  hn::StoreInterleaved2(hn::BitCast(pairs, first), hn::BitCast(pairs, second), pairs,
+                        reinterpret_cast<std::uint64_t*>(out));
 }
 
 void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
              Light* out) {
-  const LightTag d;
-  std::array<float, kBlock> scale, coverage;
-  for (int first = 0; first < count; first += kBlock) {
-    const int n = std::min(kBlock, count - first);
-    WeighBlock(samples + first, n, weights, layer, scale.data(), coverage.data());
-    for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-      const float* color = &samples[first + static_cast<int>(i)].color.r;
-      Light& light = out[first + static_cast<int>(i)];
-      const auto known = hn::Gt(hn::Set(d, coverage[i]), hn::Zero(d));
-      // The fourth is the depth, whose place the coverage takes.
-      for (std::size_t c = 0; c < 4; c += kStep) {
-        const auto taken = hn::Mul(hn::LoadU(d, color + c), hn::Set(d, scale[i]));
-        hn::Store(hn::IfThenElseZero(known, taken), d, &light.r + c);
-      }
-      light.coverage = coverage[i];
-    }
-  }
+  const auto *behind = weights.Behind(layer), *before = weights.Before(layer);
+  const int step = static_cast<int>(hn::Lanes(PairTag()));
+  int i = 0;
+  for (; i + step <= count; i += step) TakePairs(samples + i, behind, before, out + i);
+  if (i == count) return;
+  std::array<RaySample, hn::MaxLanes(PairTag())> rest{};
+  std::array<Light, hn::MaxLanes(PairTag())> taken;
+  std::copy(samples + i, samples + count, rest.begin());
+  TakePairs(rest.data(), behind, before, taken.data());
+  std::copy_n(taken.begin(), count - i, out + i);
 }
+
+#endif  // HWY_SCALAR
 
 void FilterRow(const Light* row, int first_x, const std::vector<Overlap>& overlaps,
                const float* weights, Light* out) {

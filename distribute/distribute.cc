@@ -271,6 +271,7 @@ class Distributor {
     });
     std::vector<const AxisOverlaps*> rows;
     for (const LayerSums& layer : sums_) rows.push_back(&layer.overlaps.y);
+    MakeRoom(rows);
     for (int node_y = 0; node_y < nodes_.y.count; ++node_y) {
       const SampleRange y = SamplesOf(rows, node_y);
       for (int node_x = 0; node_x < nodes_.x.count; node_x += batch_) {
@@ -283,14 +284,22 @@ class Distributor {
     }
   }
 
+  // For a batch of any nodes.
+  void MakeRoom(const std::vector<const AxisOverlaps*>& rows) {
+    int width = 0, height = 0;
+    for (const SampleRange& x : nodes_.samples_x) width = std::max(width, x.size());
+    for (int node = 0; node < nodes_.y.count; ++node) {
+      height = std::max(height, SamplesOf(rows, node).size());
+    }
+    for (Image<RaySample>& room : samples_) {
+      if (room.width() < width || room.height() < height) room = Image<RaySample>(width, height);
+    }
+  }
+
   // Asks the source once for all layers and slots.
   NodeSamples Ask(int node_x, int node_y, const SampleRange& y, Image<RaySample>& room) const {
     const RayBundle bundle = RaysOfNode(nodes_, node_x, node_y);
     const Rect rays{0, y.first - nodes_.samples_y[Index(node_y)].first, bundle.width, y.size()};
-    if (room.width() < rays.width || room.height() < rays.height) {
-      room = Image<RaySample>(std::max(room.width(), rays.width),
-                              std::max(room.height(), rays.height));
-    }
     const ImageSpan<RaySample> samples = room.span().Sub({0, 0, rays.width, rays.height});
     source_.Query(bundle, rays, samples);
     return {node_x, nodes_.samples_x[Index(node_x)].first, y.first, samples};
