@@ -31,10 +31,13 @@ LayerWeights WeightsOf(const Display& display, const LayersOptions& options) {
   return {positions, options.border_mm.value_or(display.border_mm)};
 }
 
-std::vector<LayerBeams> EnclosingBeams(const Display& display) {
+std::vector<LayerBeams> EnclosingBeams(const Display& display, const LayersOptions& options) {
+  const Directions directions =
+      options.directions == "ideal" ? Directions::kIdeal : Directions::kTrue;
   std::vector<LayerBeams> beams(display.layers.size());
   ParallelForEach(0, static_cast<std::int64_t>(beams.size()), [&](std::int64_t layer) {
-    beams[static_cast<std::size_t>(layer)] = EnclosingBeamsOf(display, static_cast<int>(layer));
+    beams[static_cast<std::size_t>(layer)] =
+        EnclosingBeamsOf(display, static_cast<int>(layer), directions);
   });
   return beams;
 }
@@ -187,7 +190,7 @@ class Distributor {
         display_(display),
         kernel_(KernelOf(options.kernel)),
         weights_(WeightsOf(display, options)),
-        beams_(EnclosingBeams(display)),
+        beams_(EnclosingBeams(display, options)),
         nodes_(
             NodesFor(display, beams_, options.nodes_per_step, options.samples_per_pixel, kernel_)),
         strips_(StripsOf(display, options.memory_gib)),
@@ -406,6 +409,13 @@ OptionTable Describe(LayersOptions& options) {
         {},
         {},
         {"beam", "lens", "ray"}},
+       {"directions",
+        "of a window that is sheared to the viewer: true (rounded to whole emitters) or ideal (the "
+        "paper's, not rounded: the picture jumps where the rounding steps)",
+        &options.directions,
+        {},
+        {},
+        {"true", "ideal"}},
        {"scatter", "scatter directions and rays within their cells (low discrepancy)",
         &options.scatter},
        {"border_mm",

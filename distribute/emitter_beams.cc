@@ -13,6 +13,19 @@ const Layer& LayerOf(const Display& display, int layer) {
   return display.layers.at(static_cast<std::size_t>(layer));
 }
 
+// Moves the emitters of a sheared window to where the unrounded one has them.
+void Idealise(LayerBeams& beams, double distance_mm) {
+  const auto move = [distance_mm](AxisBeam& beam, double sign) {
+    const double element = sign * beam.element_mm, pitch = beam.emitter_width_mm;
+    const double rounded = pitch * ShearShiftPx(element, beam.d0_mm, distance_mm, pitch);
+    beam.emitter_mm -= sign * (rounded - element * beam.d0_mm / distance_mm);
+  };
+  for (std::vector<EmitterBeam>& family : beams.columns) {
+    for (EmitterBeam& column : family) move(column.beam, 1);
+  }
+  for (EmitterBeam& row : beams.rows) move(row.beam, -1);
+}
+
 AxisBeam Downwards(AxisBeam beam) {
   beam.element_mm = -beam.element_mm;
   beam.emitter_mm = -beam.emitter_mm;
@@ -107,21 +120,26 @@ int EmitterColumns(const Display& display, const Layer& layer) {
   return display.emitter_columns() * (std::holds_alternative<Lenticular>(layer.optics) ? 3 : 1);
 }
 
-LayerBeams BeamsOf(const Display& display, int layer, int first_row, int end_row) {
-  const Optics& optics = LayerOf(display, layer).optics;
+LayerBeams BeamsOf(const Display& display, int layer_index, int first_row, int end_row,
+                   Directions directions) {
+  const Layer& layer = LayerOf(display, layer_index);
   const int columns = display.emitter_columns();
-  if (std::holds_alternative<LensletArray>(optics)) {
-    return LensletBeams(LensletMap(display, layer), columns, first_row, end_row);
+  if (std::holds_alternative<Lenticular>(layer.optics)) {  // no windows
+    return LenticularBeams(LenticularMap(display, layer_index), columns, first_row, end_row);
   }
-  if (std::holds_alternative<Lenticular>(optics)) {
-    return LenticularBeams(LenticularMap(display, layer), columns, first_row, end_row);
+  LayerBeams beams =
+      std::holds_alternative<LensletArray>(layer.optics)
+          ? LensletBeams(LensletMap(display, layer_index), columns, first_row, end_row)
+          : BarrierBeams(RayMap(display, layer_index), first_row, end_row);
+  if (directions == Directions::kIdeal && display.shear) {
+    Idealise(beams, display.distance_mm(layer));
   }
-  return BarrierBeams(RayMap(display, layer), first_row, end_row);
+  return beams;
 }
 
-LayerBeams EnclosingBeamsOf(const Display& display, int layer) {
+LayerBeams EnclosingBeamsOf(const Display& display, int layer, Directions directions) {
   const int rows = display.emitter_rows();
-  if (!HasRowFamilies(LayerOf(display, layer))) return BeamsOf(display, layer, 0, rows);
+  if (!HasRowFamilies(LayerOf(display, layer))) return BeamsOf(display, layer, 0, rows, directions);
   return EnclosingLenticularBeams(LenticularMap(display, layer), display.emitter_columns(), rows);
 }
 

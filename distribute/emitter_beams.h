@@ -28,11 +28,20 @@ struct LayerBeams {
   std::vector<EmitterBeam> rows;                  // by slot and row
 };
 
+// Where a sheared window is rounded to whole emitters, its rays go up to half an emitter beside
+// where an unrounded window's would.
+enum class Directions {
+  kTrue,   // those that the emitters really have
+  kIdeal,  // the unrounded window's, as the paper has it: pictures jump where the rounding steps
+};
+
 // Of the rows [first_row, end_row).
-LayerBeams BeamsOf(const Display& display, int layer, int first_row, int end_row);
+LayerBeams BeamsOf(const Display& display, int layer, int first_row, int end_row,
+                   Directions directions = Directions::kTrue);
 // Of all rows, in one family where every row has its own (HasRowFamilies): that of beams which
 // enclose those of any row.
-LayerBeams EnclosingBeamsOf(const Display& display, int layer);
+LayerBeams EnclosingBeamsOf(const Display& display, int layer,
+                            Directions directions = Directions::kTrue);
 
 bool HasRowFamilies(const Layer& layer);
 // Columns of the emitter sums: of the panel, times 3 where emitters are sub-pixels.
