@@ -9,6 +9,8 @@
 
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "pipeline/analysis_figure.h"
+#include "pipeline/analysis_record.h"
 #include "pipeline/depth_record.h"
 #include "pipeline/overview.h"
 #include "pipeline/report/picture.h"
@@ -220,6 +222,25 @@ void AddFacts(const LayersRecord& record, const PreviewResult& result,
                             : "the layers' emitter images before they become frames");
 }
 
+// The display's cut-off over depth beside the depths of the scene.
+void AddCutoff(const Workspace& workspace, const Display& display, PreviewPage& page) {
+  const Analysis analysis = Analyze(display, DepthsFor(display, SceneDepths(workspace)));
+  const SceneAnalysis scene = AnalyzeWorkspace(workspace, display, analysis);
+  page.cutoff = SvgDataUri(AnalysisFigure(display, analysis, scene));
+  page.cutoff_text = fmt::format(
+      "{:.0f} % of the reference view's known pixels lie at depths that a layer shows at the full "
+      "resolution of its lattice.",
+      100 * scene.figures.sharp_share);
+  if (scene.figures.detail_kept) {
+    page.cutoff_text += fmt::format(
+        " Of the picture's detail {:.0f} % lies below the cut-off at its depth{}.",
+        100 * *scene.figures.detail_kept,
+        scene.figures.detail_kept_beam ? fmt::format(", {:.0f} % by the beams' real widths",
+                                                     100 * *scene.figures.detail_kept_beam)
+                                       : "");
+  }
+}
+
 void AddTables(const PreviewResult& result, PreviewPage& page) {
   const auto position = [](const Eye& eye) {
     return Millimetres(eye.position.x()) + ", " + Millimetres(eye.position.y());
@@ -332,6 +353,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
     page.layers.push_back(
         LayerOnPage(display.layers[l], l, layers.slots[l], slots <= kMostSlotPictures));
   }
+  AddCutoff(workspace, display, page);
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "
