@@ -30,11 +30,11 @@ AffineForm InPicture(const AffineForm& form, const LayerView& view) {
           form.x / view.scale, form.y / view.scale};
 }
 
-ConvexPolygon InPicture(const ConvexPolygon& polygon, const LayerView& view) {
+ConvexPolygon CellInPicture(const ConvexPolygon& polygon, const LayerView& view) {
   ConvexPolygon in_picture;
   for (int i = 0; i < polygon.size; ++i) {
-    in_picture.Add({view.scale * polygon[i].x + view.offset_x,
-                    view.scale * polygon[i].y + view.offset_y});
+    in_picture.Add(
+        {view.scale * polygon[i].x + view.offset_x, view.scale * polygon[i].y + view.offset_y});
   }
   return in_picture;
 }
@@ -71,9 +71,8 @@ SeenElement ElementOf(const Display& display, const Layer& layer, const LensletA
   const double d0 = layer.seen_d0_mm(), pitch = display.emitter_pitch_mm(layer);
   const double bent = d0 * LensPowerPerMm(layer, lenses.focal_mm), reach = d0 / pitch;
   SeenElement element;
-  element.cell = InPicture(CellOf(lenses, lens), view);
-  element.column =
-      Sum(InPicture({bent * lens.x_px, 1 - bent, 0}, view), -reach, view.slope_x);
+  element.cell = CellInPicture(CellOf(lenses, lens), view);
+  element.column = Sum(InPicture({bent * lens.x_px, 1 - bent, 0}, view), -reach, view.slope_x);
   element.row = Sum(InPicture({bent * lens.y_px, 0, 1 - bent}, view), reach, view.slope_y);
   double window_x = lens.x_px, window_y = lens.y_px;
   if (display.shear) {
@@ -88,8 +87,8 @@ SeenElement ElementOf(const Display& display, const Layer& layer, const LensletA
   return element;
 }
 
-std::vector<SeenElement> SeenLenslets(const Display& display, int index,
-                                      const LensletArray& lenses, const LayerView& view) {
+std::vector<SeenElement> SeenLenslets(const Display& display, int index, const LensletArray& lenses,
+                                      const LayerView& view) {
   const Layer& layer = display.layers[static_cast<std::size_t>(index)];
   const LensletMap map(display, index);
   const int rows = static_cast<int>(display.emitter_rows() / lenses.row_pitch_px()) + 2;
@@ -123,7 +122,7 @@ SeenElement StripOf(const Display& display, const Layer& layer, const Lenticular
   const AffineForm column = Sum({0, 1, 0}, -bent * cosine, offset);
   const AffineForm row = Sum({0, 0, 1}, bent * sine, offset);
   SeenElement element;
-  element.cell = InPicture(CutBetween(panel, phase, lens * width, (lens + 1) * width), view);
+  element.cell = CellInPicture(CutBetween(panel, phase, lens * width, (lens + 1) * width), view);
   element.column = Sum({0, 0, 0}, 3, Sum(InPicture(column, view), -reach, view.slope_x));
   element.row = Sum(InPicture(row, view), reach, view.slope_y);
   return element;
