@@ -48,7 +48,8 @@ void WarpedDepth::Add(const View& given, const DepthMap& depth) {
 
 DepthMap WarpedDepth::Result() const {
   Image<float> filled = inverse_depth_.Clone();
-  FillFromFartherSide(kNoSurface, filled.span());
+  // Again, for corners with nothing in their row and column.
+  for (int pass = 0; pass < 2; ++pass) FillFromFartherSide(kNoSurface, filled.span());
   DepthMap map{Image<float>(filled.width(), filled.height()),
                Image<float>(filled.width(), filled.height())};
   for (std::size_t i = 0; i < filled.size(); ++i) {
