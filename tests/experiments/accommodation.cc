@@ -14,7 +14,7 @@ namespace lamella::experiments {
 namespace {
 
 constexpr double kPointMm = 1.5;  // half width of the "point": more than a ray of each lens near it
-constexpr int kPixels = 96;
+constexpr int kPixels = 72;
 
 // paper-varifocal's lenses, cut to 104x68 px; all of its planes, or one at z = 0.
 Display Varifocal(bool planes) {
@@ -41,7 +41,7 @@ double SharpnessAt(const LayerImages& images, const Display& display, double foc
   eye.left_mm = -kPixels * eye.pixel_mm / 2;
   eye.top_mm = kPixels * eye.pixel_mm / 2;
   eye.width = eye.height = kPixels;
-  const EyePicture picture = SimulateEye(images, display, eye, Pupil{4, 24});
+  const EyePicture picture = SimulateEye(images, display, eye, Pupil{4, 16});
   double sum = 0, energy = 0;
   for (int y = 0; y + 1 < kPixels; ++y) {
     for (int x = 0; x + 1 < kPixels; ++x) {
@@ -93,14 +93,14 @@ Experiment Accommodation(Effort effort) {
       "spacing of its depth with 24 planes, and at the layer with one.";
   experiment.set_up =
       "paper-varifocal, 104x68 px, hard borders, eye at 500 mm with a 4 mm pupil; a square of 3 mm "
-      "at z; focus by steps of 2 mm within 16 mm of it (24 planes) or from -60 to 60 mm (one).";
+      "at z; focus by steps of 2 mm within 10 mm of it (24 planes) or from -60 to 60 mm (one).";
   const double half_spacing = 188.0 / 23 / 2;
   Figure figure{"Sharpness over the eye's focus", "focus, mm", "edge energy / largest", {}};
   const Display many = Varifocal(true);
   for (const double z : {-94.0, -57.0, 0.0, 30.0, 82.0}) {
     if (quick && z != 30) continue;
     const double step = quick ? 4 : 2;
-    const Focus focus = Sweep(many, z, z - 16, z + 16, step);
+    const Focus focus = Sweep(many, z, z - 10, z + 10, step);
     experiment.rows.push_back(
         AtMost(fmt::format("24 planes, point at {:g} mm: sharpest focus is off by, mm", z),
                std::abs(focus.sharpest_mm - z), half_spacing));

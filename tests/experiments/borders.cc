@@ -1,10 +1,15 @@
 // Experiment 7: borders that overlap.
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
 #include <string>
 
 #include <fmt/format.h>
 
 #include "distribute/displays.h"
+#include "lightfield/parallel.h"
 #include "lightfield/ray_map.h"
 #include "tests/experiments/experiment.h"
 #include "tests/experiments/measure.h"
@@ -16,27 +21,92 @@ namespace {
 
 constexpr double kGain = 20.0 / 47;  // of the ramp z = gain x
 constexpr double kBandMm = 5;        // |z| in which emitters count
+constexpr double kGapMm = 5;
+
+// The line (x + slope_x z, y + slope_y z).
+struct Line {
+  double x = 0, y = 0, slope_x = 0, slope_y = 0;
+};
+
+Line LineOf(const Ray& ray) {
+  const Eigen::Vector3d slope = ray.direction / ray.direction.z();
+  const Eigen::Vector3d at = ray.origin - ray.origin.z() * slope;
+  return {at.x(), at.y(), slope.x(), slope.y()};
+}
 
 // A textured plane that crosses the border between the layers.
-class Ramp final : public RaySource {
+class Ramp : public RaySource {
  public:
+  explicit Ramp(const std::function<double(double, double)>& texture) : texture_(texture) {}
+
   void Query(const RayBundle& bundle, const Rect& rectangle,
              ImageSpan<RaySample> samples) const override {
-    for (int j = 0; j < rectangle.height; ++j) {
+    ParallelForEach(0, rectangle.height, [&](std::int64_t row) {
+      const int j = static_cast<int>(row);
       for (int i = 0; i < rectangle.width; ++i) {
-        const Ray ray = bundle.RayAt(rectangle.x + i + 0.5, rectangle.y + j + 0.5);
-        const Eigen::Vector3d slope = ray.direction / ray.direction.z();
-        const Eigen::Vector3d at = ray.origin - ray.origin.z() * slope;  // z = 0
-        const double z = kGain * at.x() / (1 - kGain * slope.x());
+        const Line line = Moved(LineOf(bundle.RayAt(rectangle.x + i + 0.5, rectangle.y + j + 0.5)));
+        const double z = kGain * line.x / (1 - kGain * line.slope_x);
         const float value =
-            static_cast<float>(texture_(at.x() + z * slope.x(), at.y() + z * slope.y()));
+            static_cast<float>(texture_(line.x + z * line.slope_x, line.y + z * line.slope_y));
         samples(i, j) = {{value, value, value}, static_cast<float>(z - bundle.origin.z()), 1, 1};
       }
-    }
+    });
+  }
+
+ protected:
+  virtual Line Moved(const Line& line) const { return line; }
+
+ private:
+  const std::function<double(double, double)>& texture_;
+};
+
+// Asked along a beam's central ray, answers along the `index`-th of its stochastic rays (Algorithm
+// 2): element and emitter by the additive sequence in four dimensions of distribute/nodes.h, from a
+// random start of each ray.
+class RandomLineOfBeam final : public Ramp {
+ public:
+  RandomLineOfBeam(const std::function<double(double, double)>& texture, bool lens, double layer_mm,
+                   int index)
+      : Ramp(texture), lens_(lens), layer_mm_(layer_mm), index_(index) {}
+
+ protected:
+  Line Moved(const Line& line) const override {
+    std::uint64_t state =
+        Bits(line.x) ^ 3 * Bits(line.y) ^ 5 * Bits(line.slope_x) ^ 7 * Bits(line.slope_y);
+    double step = 1;
+    const auto next = [&] {
+      step /= 1.1673039782614187;
+      state = Mixed(state);
+      const double at = static_cast<double>(state >> 11) * 0x1p-53 + index_ * step;
+      return at - std::floor(at) - 0.5;
+    };
+    const double a_x = next() * kLatticeMm, a_y = next() * kLatticeMm;
+    const double b_x = next() * kPitchMm, b_y = next() * kPitchMm;
+    Line moved = line;
+    moved.slope_x += (lens_ ? -b_x : a_x - b_x) / kGapMm;
+    moved.slope_y += (lens_ ? -b_y : a_y - b_y) / kGapMm;
+    moved.x += a_x - layer_mm_ * (moved.slope_x - line.slope_x);
+    moved.y += a_y - layer_mm_ * (moved.slope_y - line.slope_y);
+    return moved;
   }
 
  private:
-  std::function<double(double, double)> texture_ = Texture(5);
+  static std::uint64_t Bits(double value) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &value, sizeof bits);
+    return Mixed(bits);
+  }
+  // Steele et al. 2014, "Fast splittable pseudorandom number generators".
+  static std::uint64_t Mixed(std::uint64_t z) {
+    z += 0x9e3779b97f4a7c15U;
+    z = (z ^ z >> 30U) * 0xbf58476d1ce4e5b9U;
+    z = (z ^ z >> 27U) * 0x94d049bb133111ebU;
+    return z ^ z >> 31U;
+  }
+
+  bool lens_;
+  double layer_mm_;
+  int index_;
 };
 
 Display SmallTwoLayers() {
@@ -47,48 +117,83 @@ Display SmallTwoLayers() {
   return display;
 }
 
-// The values of all emitters whose central ray meets the ramp in the band.
-std::vector<double> InBand(const LayerImages& images, const Display& display) {
-  std::vector<double> values;
-  for (int layer = 0; layer < 2; ++layer) {
-    const RayMap map(display, layer);
-    const int k = map.slots_per_axis();
-    for (int slot = 0; slot < k * k; ++slot) {
-      for (int column = 0; column < map.columns(); ++column) {
-        const std::optional<AxisBeam> x = map.Column(slot % k, column);
-        if (!x) continue;
-        const double z = kGain * x->At(-map.position_mm()) / (1 - kGain * x->slope());
-        if (std::abs(z) > kBandMm) continue;
-        for (int row = 0; row < map.rows(); ++row) {
-          if (!map.Row(slot / k, row)) continue;
-          values.push_back(static_cast<double>(
-              images.slots[static_cast<std::size_t>(layer)][static_cast<std::size_t>(slot)]
-                  .color(column, row)
-                  .g));
-        }
+// The values of a layer's emitters whose central ray meets the ramp in the band.
+void AppendInBand(const LayerImages& images, const Display& display, int layer,
+                  std::vector<double>& values) {
+  const RayMap map(display, layer);
+  const int k = map.slots_per_axis();
+  for (int slot = 0; slot < k * k; ++slot) {
+    const Image<Rgb>& color =
+        images.slots[static_cast<std::size_t>(layer)][static_cast<std::size_t>(slot)].color;
+    for (int column = 0; column < map.columns(); ++column) {
+      const std::optional<AxisBeam> x = map.Column(slot % k, column);
+      if (!x) continue;
+      const double z = kGain * x->At(-map.position_mm()) / (1 - kGain * x->slope());
+      if (std::abs(z) > kBandMm) continue;
+      for (int row = 0; row < map.rows(); ++row) {
+        if (map.Row(slot / k, row)) values.push_back(static_cast<double>(color(column, row).g));
       }
     }
+  }
+}
+
+std::vector<double> InBand(const RaySource& source, const Display& display, LayersOptions options,
+                           double border_mm) {
+  options.border_mm = border_mm;
+  const LayerImages images = Distribute(source, display, options, SilentProgress());
+  std::vector<double> values;
+  for (int layer = 0; layer < 2; ++layer) AppendInBand(images, display, layer, values);
+  return values;
+}
+
+// One stochastic ray of every beam.
+std::vector<double> OneRayEach(const std::function<double(double, double)>& texture,
+                               const Display& display, bool lens, int index, double border_mm) {
+  LayersOptions options = Sampling(1, 8, "ray");
+  options.border_mm = border_mm;
+  std::vector<double> values;
+  for (int layer = 0; layer < 2; ++layer) {
+    const RandomLineOfBeam source(
+        texture, lens, display.layers[static_cast<std::size_t>(layer)].position_mm, index);
+    AppendInBand(Distribute(source, display, options, SilentProgress()), display, layer, values);
   }
   return values;
 }
 
-// Rays per axis and beam: an opening is two pixels wide.
-struct Sampled {
-  int m = 0;  // of the beam, all four axes of it
-  LayersOptions options;
+// PSNR of frames of 1, 4 and 16 stochastic rays a beam, and of the program's own sampling.
+struct Convergence {
+  std::array<double, 3> random{}, own{};
 };
+constexpr std::array<int, 3> kRays = {1, 4, 16};
 
-std::vector<Sampled> Samplings(const char* kernel) {
-  LayersOptions scattered = Sampling(1, 1, kernel);
-  scattered.scatter = true;
-  LayersOptions finer = Sampling(2, 1, kernel);
-  finer.scatter = true;
-  return {{1, Sampling(1, 4, "ray")}, {4, scattered}, {16, finer}};
+Convergence Converge(const std::function<double(double, double)>& texture, const Display& display,
+                     bool lens, double border_mm) {
+  const char* kernel = lens ? "lens" : "beam";
+  const Ramp ramp(texture);
+  const std::vector<double> full = InBand(ramp, display, Sampling(6, 4, kernel), border_mm);
+  Convergence psnr;
+  std::vector<double> sum(full.size(), 0);
+  std::size_t at = 0;
+  for (int m = 1; m <= kRays.back(); ++m) {
+    const std::vector<double> values = OneRayEach(texture, display, lens, m, border_mm);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += values[i];
+    if (m != kRays[at]) continue;
+    std::vector<double> mean = sum;
+    for (double& value : mean) value /= m;
+    psnr.random[at++] = PsnrOf(mean, full);
+  }
+  LayersOptions scattered = Sampling(1, 1, kernel), finer = Sampling(2, 1, kernel);
+  scattered.scatter = finer.scatter = true;
+  psnr.own = {PsnrOf(InBand(ramp, display, Sampling(1, 8, "ray"), border_mm), full),
+              PsnrOf(InBand(ramp, display, scattered, border_mm), full),
+              PsnrOf(InBand(ramp, display, finer, border_mm), full)};
+  return psnr;
 }
 
 }  // namespace
 
 Experiment FuzzyBorders(Effort effort) {
+  const bool quick = effort == Effort::kQuick;
   Experiment experiment;
   experiment.id = "7";
   experiment.claim =
@@ -98,43 +203,37 @@ Experiment FuzzyBorders(Effort effort) {
   experiment.set_up =
       "paper-two-layer, 84x12 px, ramp z = 20 x/47 with the 1/f texture, emitters of rays that "
       "meet "
-      "it at |z| < 5 mm; m rays a beam by this program's own sampling: its central ray (1), "
-      "scattered nodes 1 and 2 a step (4, 16), against 6 x 4 nodes and samples (9216) of the same "
-      "w.";
+      "it at |z| < 5 mm; m stochastic rays a beam (Algorithm 2), against 6 nodes a step and 4 "
+      "samples a pixel of the same w. Reported beside it: the program's own sampling, that is "
+      "central rays, and scattered nodes 1 and 2 a step (4 and 16 rays a beam).";
   const Display display = SmallTwoLayers();
-  const Ramp ramp;
-  const auto frames = [&](LayersOptions options, double border) {
-    options.border_mm = border;
-    return InBand(Distribute(ramp, display, options, SilentProgress()), display);
-  };
+  const std::function<double(double, double)> texture = Texture(5);
   Figure figure{"Frames in the border band against fully sampled ones of the same border",
                 "m",
                 "PSNR, dB",
                 {}};
-  for (const char* kernel : {"lens", "beam"}) {
-    if (effort == Effort::kQuick && *kernel == 'b') continue;
-    const std::string name = *kernel == 'l' ? "lens beam" : "pinhole beam";
-    const bool quick = effort == Effort::kQuick;
-    std::vector<Curve> curves;
-    for (const double border : {0.0, 4.0, 20.0}) {
-      if (quick && border == 20) continue;
-      const std::vector<double> full =
-          frames(quick ? Sampling(4, 4, kernel) : Sampling(6, 4, kernel), border);
-      Curve curve{fmt::format("{}, w = {:g} mm", name, border), {}, {}, *kernel == 'b'};
-      for (const Sampled& sampled : Samplings(kernel)) {
-        curve.x.push_back(sampled.m);
-        curve.y.push_back(PsnrOf(frames(sampled.options, border), full));
-        experiment.rows.push_back(
-            Reported(fmt::format("{}, m = {}: PSNR, dB", curve.name, sampled.m), curve.y.back()));
-      }
-      curves.push_back(curve);
+  for (const bool lens : {true, false}) {
+    if (quick && !lens) continue;
+    const std::string beam = lens ? "lens beam" : "pinhole beam";
+    const Convergence hard = Converge(texture, display, lens, 0),
+                      fuzzy = Converge(texture, display, lens, 4);
+    for (std::size_t i = 0; i < kRays.size(); ++i) {
+      const std::string at = fmt::format("{}, m = {}: ", beam, kRays[i]);
+      experiment.rows.push_back(Reported(at + "PSNR with w = 0, dB", hard.random[i]));
+      experiment.rows.push_back(Reported(at + "PSNR with w = 4 mm, dB", fuzzy.random[i]));
+      experiment.rows.push_back(
+          AtLeast(at + "gain of w = 4 mm, dB", fuzzy.random[i] - hard.random[i], 3));
+      experiment.rows.push_back(Reported(at + "the same gain with the program's own sampling, dB",
+                                         fuzzy.own[i] - hard.own[i]));
     }
-    for (std::size_t i = 0; i < curves[0].x.size(); ++i) {
-      experiment.rows.push_back(AtLeast(
-          fmt::format("{}, m = {:g}: gain of w = 4 mm over w = 0, dB", name, curves[0].x[i]),
-          curves[1].y[i] - curves[0].y[i], 3));
-    }
-    for (Curve& curve : curves) figure.curves.push_back(std::move(curve));
+    const std::vector<double> m(kRays.begin(), kRays.end());
+    const auto curve = [&](double w, const Convergence& c) {
+      figure.curves.push_back(
+          {fmt::format("{}, w = {:g} mm", beam, w), m, {c.random.begin(), c.random.end()}, !lens});
+    };
+    curve(0, hard);
+    curve(4, fuzzy);
+    if (!quick && lens) curve(20, Converge(texture, display, lens, 20));
   }
   experiment.figures.push_back(std::move(figure));
   return experiment;

@@ -149,7 +149,7 @@ Experiment HalfTheRays(Effort effort) {
   experiment.rows.push_back(Near("rays of paper-two-layer-half over those of paper-one-layer",
                                  rays("paper-two-layer-half") / rays("paper-one-layer"), 0.5,
                                  1e-12));
-  const Window window{.lattice_periods = 45, .lattice_mm = kLatticeMm};
+  const Window window{.lattice_periods = quick ? 45 : 99, .lattice_mm = kLatticeMm};
   const int lenses = window.lattice_periods + kMarginLenses;
   const Display one = Lenses({0}, lenses), half = Lenses({-5, 5}, lenses, 2);
   std::vector<double> frequencies, depths;

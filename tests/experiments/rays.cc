@@ -104,7 +104,7 @@ Experiment RayCounts(Effort) {
   return experiment;
 }
 
-Experiment ShearedRays(Effort) {
+Experiment ShearedRays(Effort effort) {
   Experiment experiment;
   experiment.id = "11";
   experiment.claim =
@@ -116,6 +116,7 @@ Experiment ShearedRays(Effort) {
   Curve plain{"plain", {}, {}, false}, sheared{"sheared", {}, {}, false};
   Curve expected{"65 d0/(6 p D)", {}, {}, true};
   for (const double d : {300.0, 600.0, 1000.0, 2000.0}) {
+    if (effort == Effort::kQuick && d == 2000) continue;
     Display display = FindDisplay("paper-two-layer");
     display.viewing_distance_mm = d;
     const double with = ShareEntering(display, 65);
@@ -135,6 +136,9 @@ Experiment ShearedRays(Effort) {
           Near("D = 2000 mm: sheared share over plain one", with / without, 1, 0.05));
     }
   }
+  experiment.reason =
+      "At 2000 mm plain and sheared fans let the same positions into the box; central rays are "
+      "counted whole, and a few of 11 000 fall to either side of its edge.";
   experiment.figures.push_back({"Share of rays that enter an eye box of 65 mm",
                                 "D, mm",
                                 "share",
@@ -149,7 +153,7 @@ Experiment EnergyPartition(Effort) {
       "Before the prefilter the layers' light fields add up to the incoming one: max |sum - in| <= "
       "1e-6.";
   experiment.set_up =
-      "Weights of 1 to 24 layers over 2 10^5 random depths from -1 m to 1 m, and at both "
+      "Weights of 1 to 24 layers over 40 000 random depths from -1 m to 1 m, and at both "
       "infinities; borders from hard to the whole spacing; random radiance in [0, 1].";
   std::mt19937 random(3);
   std::uniform_real_distribution<float> depth(-1000, 1000), near(-110, 110), radiance(0, 1);
@@ -160,7 +164,7 @@ Experiment EnergyPartition(Effort) {
     std::vector<double> positions;
     for (int l = 0; l < n; ++l) positions.push_back((l - (n - 1) / 2.0) * spacing);
     double worst_of_n = 0;
-    for (const double border : {0.0, 0.2, 0.7, 1.0}) {
+    for (const double border : {0.0, 0.2, 0.7, 1 - 1e-9}) {
       const LayerWeights weights(positions, border * spacing);
       for (int i = 0; i < 10000; ++i) {
         float z = i % 2 == 0 ? near(random) : depth(random);

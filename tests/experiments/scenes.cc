@@ -62,10 +62,30 @@ std::function<double(double)> TextureAlongX(unsigned seed) {
 }
 
 std::function<double(double, double)> Texture(unsigned seed) {
-  return [waves = RandomWaves(seed, 48, false)](double x, double y) {
-    double value = 0.5;
-    for (const Wave& w : waves) value += w.amplitude * std::cos(w.kx * x + w.ky * y + w.phase);
-    return std::clamp(value, 0.0, 1.0);
+  constexpr int kSize = 640;
+  constexpr double kStepMm = 0.06;
+  auto table = std::make_shared<Image<float>>(kSize + 1, kSize + 1);
+  const std::vector<Wave> waves = RandomWaves(seed, 48, false);
+  for (int j = 0; j <= kSize; ++j) {
+    for (int i = 0; i <= kSize; ++i) {
+      double value = 0.5;
+      for (const Wave& w : waves) {
+        value += w.amplitude * std::cos((w.kx * i + w.ky * j) * kStepMm + w.phase);
+      }
+      (*table)(i, j) = static_cast<float>(std::clamp(value, 0.0, 1.0));
+    }
+  }
+  return [table](double x, double y) {
+    const auto place = [](double mm) {
+      const double at = mm / kStepMm + kSize / 2.0;
+      return at - kSize * std::floor(at / kSize);
+    };
+    const double u = place(x), v = place(y);
+    const int i = std::min(static_cast<int>(u), kSize - 1);
+    const int j = std::min(static_cast<int>(v), kSize - 1);
+    const double s = u - i, t = v - j;
+    const auto at = [&](int di, int dj) { return static_cast<double>((*table)(i + di, j + dj)); };
+    return (1 - t) * ((1 - s) * at(0, 0) + s * at(1, 0)) + t * ((1 - s) * at(0, 1) + s * at(1, 1));
   };
 }
 

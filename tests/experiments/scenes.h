@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "lightfield/ray_source.h"
@@ -32,7 +34,8 @@ class SceneAlongX final : public RaySource {
 SceneAlongX PlaneOfWaves(double z, std::vector<double> frequencies);
 
 // A texture of many waves with random phases, 1/f, from 0.02 to 0.8 cycles/mm, mean 0.5 and
-// standard deviation 0.16, as a function of x, or of x and y.
+// standard deviation 0.16, as a function of x, or of x and y (from a table of 38.4 x 38.4 mm, again
+// and again).
 std::function<double(double)> TextureAlongX(unsigned seed);
 std::function<double(double, double)> Texture(unsigned seed);
 

@@ -23,7 +23,7 @@ constexpr std::array<std::array<std::uint8_t, 5>, 6> kLetters = {{{7, 4, 6, 4, 7
                                                                   {5, 5, 7, 5, 5},
                                                                   {7, 2, 2, 2, 2},
                                                                   {4, 4, 4, 4, 7}}};
-constexpr double kCellMm = 0.7;  // of a letter: off the panel's raster
+constexpr double kCellMm = 0.83;  // of a letter: off the panel's raster
 
 // White letters on black, row after row of them.
 bool Letter(double x, double y) {
@@ -112,7 +112,8 @@ Experiment SlotsAndDetail(Effort effort) {
       "of P = 6; openings of one pixel in every position show the panel's own pixels (38 dB and "
       "more).";
   experiment.set_up =
-      "White text of cells of 0.7 mm on z = z_l, pinholes; far eye on the axis, pixels of 1, 2 and "
+      "White text of cells of 0.83 mm on z = z_l, pinholes; far eye on the axis, pixels of 1, 2 "
+      "and "
       "6 "
       "panel pixels; PSNR in linear light against the text seen by the same pixels.";
   struct Case {
