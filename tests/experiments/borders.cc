@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <string>
 
@@ -71,8 +70,13 @@ class RandomLineOfBeam final : public Ramp {
 
  protected:
   Line Moved(const Line& line) const override {
-    std::uint64_t state =
-        Bits(line.x) ^ 3 * Bits(line.y) ^ 5 * Bits(line.slope_x) ^ 7 * Bits(line.slope_y);
+    // A central ray runs between samples, which are asked in its stead: they are one ray.
+    std::uint64_t state = 0;
+    for (const double key :
+         {(line.x + layer_mm_ * line.slope_x) / kPitchMm,
+          (line.y + layer_mm_ * line.slope_y) / kPitchMm, line.slope_x * 1e6, line.slope_y * 1e6}) {
+      state = Mixed(state ^ static_cast<std::uint64_t>(std::llround(key)));
+    }
     double step = 1;
     const auto next = [&] {
       step /= 1.1673039782614187;
@@ -91,11 +95,6 @@ class RandomLineOfBeam final : public Ramp {
   }
 
  private:
-  static std::uint64_t Bits(double value) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    return Mixed(bits);
-  }
   // Steele et al. 2014, "Fast splittable pseudorandom number generators".
   static std::uint64_t Mixed(std::uint64_t z) {
     z += 0x9e3779b97f4a7c15U;
@@ -113,7 +112,7 @@ Display SmallTwoLayers() {
   Display display = FindDisplay("paper-two-layer");
   display.width_px = 84;
   display.height_px = 12;
-  display.border_offset_mm = 0;
+  display.shear = false;  // so that nodes have the very directions of the emitters
   return display;
 }
 
@@ -160,21 +159,22 @@ std::vector<double> OneRayEach(const std::function<double(double, double)>& text
   return values;
 }
 
-// PSNR of frames of 1, 4 and 16 stochastic rays a beam, and of the program's own sampling.
+// PSNR of frames of 1, 4 and 16 stochastic rays a beam, and of the program's own sampling; the
+// first counts of them only.
 struct Convergence {
   std::array<double, 3> random{}, own{};
 };
 constexpr std::array<int, 3> kRays = {1, 4, 16};
 
 Convergence Converge(const std::function<double(double, double)>& texture, const Display& display,
-                     bool lens, double border_mm) {
+                     bool lens, double border_mm, std::size_t num_counts) {
   const char* kernel = lens ? "lens" : "beam";
   const Ramp ramp(texture);
   const std::vector<double> full = InBand(ramp, display, Sampling(6, 4, kernel), border_mm);
   Convergence psnr;
   std::vector<double> sum(full.size(), 0);
   std::size_t at = 0;
-  for (int m = 1; m <= kRays.back(); ++m) {
+  for (int m = 1; m <= kRays[num_counts - 1]; ++m) {
     const std::vector<double> values = OneRayEach(texture, display, lens, m, border_mm);
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += values[i];
     if (m != kRays[at]) continue;
@@ -194,6 +194,7 @@ Convergence Converge(const std::function<double(double, double)>& texture, const
 
 Experiment FuzzyBorders(Effort effort) {
   const bool quick = effort == Effort::kQuick;
+  const std::size_t num_counts = quick ? 2 : kRays.size();
   Experiment experiment;
   experiment.id = "7";
   experiment.claim =
@@ -201,7 +202,8 @@ Experiment FuzzyBorders(Effort effort) {
       "at "
       "least 3 dB nearer to its own fully sampled frames than w = 0 at equal m.";
   experiment.set_up =
-      "paper-two-layer, 84x12 px, ramp z = 20 x/47 with the 1/f texture, emitters of rays that "
+      "paper-two-layer, 84x12 px, no shear, ramp z = 20 x/47 with the 1/f texture, emitters of "
+      "rays that "
       "meet "
       "it at |z| < 5 mm; m stochastic rays a beam (Algorithm 2), against 6 nodes a step and 4 "
       "samples a pixel of the same w. Reported beside it: the program's own sampling, that is "
@@ -215,9 +217,9 @@ Experiment FuzzyBorders(Effort effort) {
   for (const bool lens : {true, false}) {
     if (quick && !lens) continue;
     const std::string beam = lens ? "lens beam" : "pinhole beam";
-    const Convergence hard = Converge(texture, display, lens, 0),
-                      fuzzy = Converge(texture, display, lens, 4);
-    for (std::size_t i = 0; i < kRays.size(); ++i) {
+    const Convergence hard = Converge(texture, display, lens, 0, num_counts),
+                      fuzzy = Converge(texture, display, lens, 4, num_counts);
+    for (std::size_t i = 0; i < num_counts; ++i) {
       const std::string at = fmt::format("{}, m = {}: ", beam, kRays[i]);
       experiment.rows.push_back(Reported(at + "PSNR with w = 0, dB", hard.random[i]));
       experiment.rows.push_back(Reported(at + "PSNR with w = 4 mm, dB", fuzzy.random[i]));
@@ -233,9 +235,13 @@ Experiment FuzzyBorders(Effort effort) {
     };
     curve(0, hard);
     curve(4, fuzzy);
-    if (!quick && lens) curve(20, Converge(texture, display, lens, 20));
+    if (!quick && lens) curve(20, Converge(texture, display, lens, 20, num_counts));
   }
   experiment.figures.push_back(std::move(figure));
+  experiment.reason =
+      "The gain belongs to stochastic rays. Nodes and samples of this program are stratified, and "
+      "every beam takes the exact part of each cell, so that hard borders cost it less to begin "
+      "with.";
   return experiment;
 }
 
