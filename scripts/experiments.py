@@ -107,6 +107,11 @@ def svg(figure):
             f'viewBox="0 0 {WIDTH} {HEIGHT}">{style}{"".join(parts)}</svg>\n')
 
 
+def cell(words):
+    """Words in a table of Markdown."""
+    return words.replace("|", "\\|")
+
+
 def expectation(row):
     if row["relation"] == "reported":
         return "reported"
@@ -137,7 +142,7 @@ def section(experiment, figures):
     lines += ["| measured | value | expected | |", "| --- | --- | --- | --- |"]
     for row in experiment["rows"]:
         mark = "" if row["relation"] == "reported" else "holds" if row["holds"] else "**fails**"
-        lines.append(f"| {row['what']} | {number(row['measured'])} | {expectation(row)} | {mark} |")
+        lines.append(f"| {cell(row['what'])} | {number(row['measured'])} | {expectation(row)} | {mark} |")
     lines.append("")
     if experiment["reason"]:
         lines += [f"*Note.* {experiment['reason']}", ""]
@@ -165,7 +170,7 @@ def write_page(experiments, page, folder):
              "lattice, field of view and sharp range.", "",
              "| | claim | verdict |", "| --- | --- | --- |"]
     for e in experiments:
-        lines.append(f"| [{name_of(e)}](#{anchor(e)}) | {e['claim']} | {verdict(e)} |")
+        lines.append(f"| [{name_of(e)}](#{anchor(e)}) | {cell(e['claim'])} | {verdict(e)} |")
     lines.append("")
     for e in experiments:
         names = [f"{e['id']}{'' if i == 0 else chr(ord('a') + i)}.svg" for i in range(len(e["figures"]))]

@@ -118,6 +118,10 @@ Experiment Accommodation(Effort effort) {
         {fmt::format("one layer, z = {:g}", z), focus.planes_mm, focus.sharpness, true});
   }
   experiment.figures.push_back(std::move(figure));
+  experiment.reason =
+      "A point halfway between two planes is half a spacing from either; the focus goes to the "
+      "plane "
+      "that shows it.";
   return experiment;
 }
 

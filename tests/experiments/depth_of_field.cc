@@ -200,7 +200,7 @@ Experiment OutsideTheRange(Effort effort) {
   experiment.claim =
       "Outside z_max layers lose: at t = |z|/z_max the cut-off of n layers that share the range of "
       "one is t/(nt - n + 1) of that one's.";
-  experiment.set_up = "Lens beam, one layer at 0 or n with n Delta u; plane at t = 2 (and 3).";
+  experiment.set_up = "Lens beam, one layer at 0 or n with n Delta u; planes at t = 1.25 to 3.";
   const Window window{.lattice_periods = 99, .lattice_mm = kLatticeMm};
   const int lenses = window.lattice_periods + kMarginLenses;
   const std::vector<double> times =
@@ -211,8 +211,8 @@ Experiment OutsideTheRange(Effort effort) {
   for (int n = 1; n <= 3; ++n) {
     const Display display = Lenses(EqualRangePositionsMm(n, kSharpRangeMm), lenses, n);
     const CutoffMeter meter(display, window, 1.3 * kNyquist);
-    Curve measured{fmt::format("n = {}", n), times, {}, false}, expected = measured;
-    expected.expected = true;
+    Curve measured{fmt::format("n = {}", n), times, {}, false};
+    Curve expected{fmt::format("n = {}", n), times, {}, true};
     for (const double t : times) {
       measured.y.push_back(meter.CutoffAt(t * kSharpRangeMm));
       expected.y.push_back(CombinedCutoffPerMm(t * kSharpRangeMm, n, kSharpRangeMm / kLensPitchPx,

@@ -45,7 +45,8 @@ Display CylinderLenses(int n, int lenses) {
   display.viewing_distance_mm = 600;
   display.shear = false;
   Lenticular lenticular;
-  lenticular.subpixels_per_lens = lenticular.views = 6 / n;
+  lenticular.views = 6 / n;
+  lenticular.subpixels_per_lens = lenticular.views;
   lenticular.slant = 0;
   for (const double z : EqualRangePositionsMm(n, kSharpRangeMm)) {
     display.layers.push_back({z, 5, lenticular});

@@ -14,6 +14,8 @@
 namespace lamella::experiments {
 namespace {
 
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
 constexpr double kHalfWidthMm = 15;  // of the occluder
 constexpr double kPictureMm = 60;
 constexpr int kPixels = 1200;  // 0.05 mm
@@ -75,10 +77,9 @@ Rim MeanRim(bool lens, double spacing_mm, int phases) {
       eye.position.x() += middle;
       const std::vector<double> row = RowOf(SimulateEye(images, display, eye));
       for (int i = -reach; i < reach; ++i) {
-        const std::size_t right = static_cast<std::size_t>(half + rim + i);
-        const std::size_t left = static_cast<std::size_t>(half - rim - 1 - i);
-        profile.seen[static_cast<std::size_t>(i + reach)] +=
-            (row[right] + row[left]) / (2.0 * phases * static_cast<double>(slopes.size()));
+        profile.seen[Index(i + reach)] +=
+            (row[Index(half + rim + i)] + row[Index(half - rim - 1 - i)]) /
+            (2.0 * phases * static_cast<double>(slopes.size()));
       }
     }
   }

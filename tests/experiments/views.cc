@@ -53,10 +53,12 @@ std::vector<double> TextSeen(const Eye& eye) {
   for (int j = 0; j < eye.height; ++j) {
     for (int i = 0; i < eye.width; ++i) {
       int lit = 0;
-      for (int s = 0; s < kSplit * kSplit; ++s) {
-        const double x = eye.left_mm + (i + (s % kSplit + 0.5) / kSplit) * eye.pixel_mm;
-        const double y = eye.top_mm - (j + (s / kSplit + 0.5) / kSplit) * eye.pixel_mm;
-        if (Letter(x, y)) ++lit;
+      for (int t = 0; t < kSplit; ++t) {
+        for (int s = 0; s < kSplit; ++s) {
+          const double x = eye.left_mm + (i + (s + 0.5) / kSplit) * eye.pixel_mm;
+          const double y = eye.top_mm - (j + (t + 0.5) / kSplit) * eye.pixel_mm;
+          if (Letter(x, y)) ++lit;
+        }
       }
       values.push_back(static_cast<double>(lit) / (kSplit * kSplit));
     }
