@@ -23,6 +23,11 @@ constexpr const char* kRecordFile = "layers.json";
 constexpr const char* kRunLayers = "run `lamella layers` again";
 constexpr float kLargestHalf = 65504;
 
+// Keys and values as in the display's TOML.
+constexpr const char *kBarrier = "barrier", *kLenslets = "lenslets", *kLenticular = "lenticular";
+constexpr const char *kSquare = "square", *kHexagonal = "hexagonal";
+constexpr const char *kUniform = "uniform", *kSinusoidal = "sinusoidal";
+
 // JSON has no infinity.
 Json Number(double value) {
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
@@ -35,33 +40,107 @@ double Number(const Json& json) {
                        : -std::numeric_limits<double>::infinity();
 }
 
-Json ToJson(const Display& display) {
-  Json layers = Json::array();
-  for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    const Layer& layer = display.layers[l];
-    const Barrier& barrier = BarrierOf(display, l);
-    layers.push_back({{"position_mm", layer.position_mm},
-                      {"d0_mm", layer.d0_mm},
-                      {"mirror_x", layer.mirror_x},
-                      {"barrier",
-                       {{"period_px", barrier.period_px},
-                        {"aperture_px", barrier.aperture_px},
-                        {"slots", barrier.slots}}}});
-  }
-  return {{"name", display.name},
-          {"viewing_distance_mm", display.viewing_distance_mm},
-          {"shear", display.shear},
-          {"border_mm", display.border_mm},
-          {"border_offset_mm", display.border_offset_mm},
-          {"panel",
-           {{"width_px", display.width_px},
-            {"height_px", display.height_px},
-            {"pitch_mm", display.pitch_mm},
-            {"binning_px", display.binning_px}}},
-          {"layer", layers}};
+Json ToJson(const Barrier& barrier) {
+  return {{"period_px", barrier.period_px},
+          {"aperture_px", barrier.aperture_px},
+          {"slots", barrier.slots}};
 }
 
-Display DisplayFromJson(const Json& json) {
+Json ToJson(const LensletArray& lenses) {
+  const bool square = lenses.lattice == LensletArray::Lattice::kSquare;
+  return {{"lattice", square ? kSquare : kHexagonal},
+          {"pitch_px", lenses.pitch_px},
+          {"rays", lenses.rays},
+          {"offset_px", {lenses.offset_x_px, lenses.offset_y_px}},
+          {"shift_odd_rows", lenses.shift_odd_rows},
+          {"focal_mm", lenses.focal_mm}};
+}
+
+Json ToJson(const Lenticular& lenses) {
+  return {{"subpixels_per_lens", lenses.subpixels_per_lens},
+          {"slant", lenses.slant},
+          {"views", lenses.views},
+          {"offset_subpx", lenses.offset_subpx},
+          {"focal_mm", lenses.focal_mm}};
+}
+
+Json ToJson(const Varifocal& varifocal) {
+  const bool uniform = varifocal.spacing == Varifocal::Spacing::kUniform;
+  return {{"planes", varifocal.planes},
+          {"depth_mm", varifocal.depth_mm},
+          {"spacing", uniform ? kUniform : kSinusoidal},
+          {"relay_focal_mm", Number(varifocal.relay_focal_mm)},
+          {"magnification0", varifocal.magnification0}};
+}
+
+const char* KeyOf(const Optics& optics) {
+  if (std::holds_alternative<Barrier>(optics)) return kBarrier;
+  return std::holds_alternative<LensletArray>(optics) ? kLenslets : kLenticular;
+}
+
+// As in the TOML: the planes of a varifocal display are one layer without a position.
+Json ToJson(const Layer& layer, bool varifocal) {
+  Json json = Json::object();
+  if (!varifocal) json["position_mm"] = layer.position_mm;
+  json["d0_mm"] = layer.d0_mm;
+  json["mirror_x"] = layer.mirror_x;
+  if (!varifocal) json["magnification"] = layer.magnification;
+  json[KeyOf(layer.optics)] =
+      std::visit([](const auto& optics) { return ToJson(optics); }, layer.optics);
+  return json;
+}
+
+Json ToJson(const Display& display) {
+  const bool varifocal = display.varifocal.has_value();
+  Json layers = Json::array();
+  for (const Layer& layer : display.layers) {
+    layers.push_back(ToJson(layer, varifocal));
+    if (varifocal) break;
+  }
+  Json json = {{"name", display.name},
+               {"viewing_distance_mm", display.viewing_distance_mm},
+               {"shear", display.shear},
+               {"border_mm", display.border_mm},
+               {"border_offset_mm", display.border_offset_mm},
+               {"panel",
+                {{"width_px", display.width_px},
+                 {"height_px", display.height_px},
+                 {"pitch_mm", display.pitch_mm},
+                 {"binning_px", display.binning_px}}}};
+  if (varifocal) json["varifocal"] = ToJson(*display.varifocal);
+  json["layer"] = layers;
+  return json;
+}
+
+Optics OpticsFromJson(const Json& layer) {
+  if (layer.contains(kLenslets)) {
+    const Json& lenses = layer.at(kLenslets);
+    return LensletArray{lenses.at("lattice") == kSquare ? LensletArray::Lattice::kSquare
+                                                        : LensletArray::Lattice::kHexagonal,
+                        lenses.at("pitch_px"),
+                        lenses.at("rays"),
+                        lenses.at("offset_px").at(0),
+                        lenses.at("offset_px").at(1),
+                        lenses.at("shift_odd_rows"),
+                        lenses.at("focal_mm")};
+  }
+  if (layer.contains(kLenticular)) {
+    const Json& lenses = layer.at(kLenticular);
+    return Lenticular{lenses.at("subpixels_per_lens"), lenses.at("slant"), lenses.at("views"),
+                      lenses.at("offset_subpx"), lenses.at("focal_mm")};
+  }
+  const Json& barrier = layer.at(kBarrier);
+  return Barrier{barrier.at("period_px"), barrier.at("aperture_px"), barrier.at("slots")};
+}
+
+Varifocal VarifocalFromJson(const Json& json) {
+  return {json.at("planes"), json.at("depth_mm"),
+          json.at("spacing") == kSinusoidal ? Varifocal::Spacing::kSinusoidal
+                                            : Varifocal::Spacing::kUniform,
+          Number(json.at("relay_focal_mm")), json.at("magnification0")};
+}
+
+Display DisplayFromJson(const Json& json, const std::string& where) {
   Display display;
   display.name = json.at("name");
   display.viewing_distance_mm = json.at("viewing_distance_mm");
@@ -73,13 +152,19 @@ Display DisplayFromJson(const Json& json) {
   display.height_px = panel.at("height_px");
   display.pitch_mm = panel.at("pitch_mm");
   display.binning_px = panel.at("binning_px");
+  // Files of versions that knew barriers only have neither magnification nor varifocal.
+  const bool varifocal = json.contains("varifocal");
   for (const Json& layer : json.at("layer")) {
-    const Json& barrier = layer.at("barrier");
-    display.layers.push_back(
-        {layer.at("position_mm"), layer.at("d0_mm"),
-         Barrier{barrier.at("period_px"), barrier.at("aperture_px"), barrier.at("slots")},
-         layer.at("mirror_x")});
+    display.layers.push_back({varifocal ? 0.0 : layer.at("position_mm").get<double>(),
+                              layer.at("d0_mm"), OpticsFromJson(layer), layer.at("mirror_x"),
+                              layer.value("magnification", 1.0)});
   }
+  if (varifocal) {
+    display.varifocal = VarifocalFromJson(json.at("varifocal"));
+    CheckVarifocal(*display.varifocal, where);
+    display.layers = PlanesOf(*display.varifocal, display.layers.at(0));
+  }
+  Check(display, where);
   return display;
 }
 
@@ -172,11 +257,10 @@ LayersRecord LoadLayersRecord(const Workspace& workspace) {
                        "use that version or another --workspace");
     }
     LayersRecord record;
-    record.display = DisplayFromJson(json.at("display"));
+    record.display = DisplayFromJson(json.at("display"), path.string());
     record.placement = PlacementFromJson(json.at("placement"));
     record.seen_share = json.at("seen_share");
     record.seen_share_in_picture = json.at("seen_share_in_picture");
-    Check(record.display, path.string());
     return record;
   } catch (const Json::exception&) {
     throw InputError(path.string(), "is damaged", kRunLayers);

@@ -7,8 +7,9 @@
 
 namespace lamella {
 
-// As the display shows them: 8-bit codes through the panels' response, mirrored panels turned back.
-// The coverage is that of the layers. InputError where frames.json or a frame is absent, damaged or
+// As the display shows them: 8-bit codes through the panels' response, or the mean of a varifocal
+// display's one-bit planes over the strokes, as grey; mirrored panels turned back. The coverage is
+// that of the layers. InputError where frames.json or a frame is absent, damaged or
 // of another display.
 LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record);
 

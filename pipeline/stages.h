@@ -37,6 +37,12 @@ void ApplyQuality(Quality quality, PosesOptions& options);
 struct FramesOptions {
   std::string response = "srgb";  // of the panels, or "gamma"
   double gamma = 2.2;
+  // Of a varifocal display (distribute/one_bit.h, encode_varifocal.h).
+  std::string planes = "one-bit";  // or "grey": an 8-bit frame per plane
+  std::string one_bit_method = "sigma-delta";
+  int strokes = 16;  // that make grey together; even there and back
+  std::string channel_order = "BRG", bit_order = "lsb-first";
+  bool there_and_back = true;
 };
 OptionTable Describe(FramesOptions& options);
 

@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "distribute/displays.h"
 #include "lightfield/atomic_file.h"
@@ -54,6 +55,62 @@ TEST(LayersRecord, ReadsBackWhatItWrote) {
         &Placement::near, &Placement::far, &Placement::near_mm, &Placement::far_mm}) {
     EXPECT_EQ(p.*field, q.*field);
   }
+}
+
+Display Lenses() {
+  Display display = FindDisplay("paper-two-layer");
+  display.layers[0].optics =
+      LensletArray{LensletArray::Lattice::kSquare, 7.3, 5, 0.25, -1.0 / 3, false, 2.8};
+  display.layers[0].magnification = 1.0 / 3;
+  display.layers[1].optics = Lenticular{4.5, -1.0 / 6, 9, 0.1, 1.7};
+  display.layers[1].mirror_x = true;
+  return display;
+}
+
+Display Relayed() {
+  Display display = FindDisplay("paper-varifocal");
+  display.varifocal->spacing = Varifocal::Spacing::kSinusoidal;
+  display.varifocal->relay_focal_mm = 700.0 / 3;
+  display.varifocal->magnification0 = 0.9;
+  display.layers = PlanesOf(*display.varifocal, display.layers[0]);
+  return display;
+}
+
+TEST(LayersRecord, ReadsBackEveryDisplay) {
+  const Workspace workspace(ScratchFolder());
+  CreateFolder(workspace.Stage("layers"));
+  for (const Display& display :
+       {Lenses(), Relayed(), FindDisplay("paper-varifocal"), FindDisplay("paper-two-layer")}) {
+    LayersRecord record = Record();
+    record.display = display;
+    SaveLayersRecord(workspace.Stage("layers"), record);
+    EXPECT_EQ(LoadLayersRecord(workspace).display, display) << display.name;
+  }
+}
+
+TEST(LayersRecord, ReadsFilesOfVersionsThatKnewBarriersOnly) {
+  const Workspace workspace(ScratchFolder());
+  CreateFolder(workspace.Stage("layers"));
+  SaveLayersRecord(workspace.Stage("layers"), Record());
+  const auto path = workspace.Stage("layers") / "layers.json";
+  nlohmann::json json = nlohmann::json::parse(ReadText(path));
+  for (auto& layer : json.at("display").at("layer")) layer.erase("magnification");
+  EXPECT_EQ(json.at("display").at("layer").at(0).size(), 4U);  // position, d0, mirror, barrier
+  WriteTextAtomically(path, json.dump());
+  EXPECT_EQ(LoadLayersRecord(workspace).display, Record().display);
+}
+
+TEST(LayersRecord, NamesAFileForEveryPlane) {
+  const Workspace workspace(ScratchFolder());
+  CreateFolder(workspace.Stage("layers"));
+  LayersRecord record = Record();
+  record.display = FindDisplay("paper-varifocal");
+  SaveLayersRecord(workspace.Stage("layers"), record);
+  const auto json = nlohmann::json::parse(ReadText(workspace.Stage("layers") / "layers.json"));
+  ASSERT_EQ(json.at("emitters").size(), 24U);
+  EXPECT_EQ(json.at("emitters").at(23).at("file"), "layer_23_slot_0.exr");
+  EXPECT_EQ(json.at("display").at("varifocal").at("relay_focal_mm"), "inf");
+  EXPECT_EQ(json.at("display").at("layer").size(), 1U);
 }
 
 TEST(LayersRecord, RefusesWhatItCannotUse) {
