@@ -118,7 +118,7 @@ struct Display {
 // one place or out of order, period not divided by slots, period and aperture of unequal parity,
 // aperture wider than the period, more rays than pixels under a lens, lenses wider than the panel,
 // sub-pixels of binned emitters, non-positive or non-finite lengths and magnifications, panel not a
-// multiple of the binning or smaller than an opening, more than 2^28 emitters, more than 1024
+// multiple of the binning or smaller than an opening, more than 2^28 pixels, more than 1024
 // slots, a fan wider than 178 degrees, a border wider than the layers' spacing, a viewing distance
 // that is not in front of all layers by more than their gaps, layers that are not the planes of
 // the display's varifocal.
