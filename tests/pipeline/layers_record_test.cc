@@ -72,6 +72,7 @@ Display Relayed() {
   display.varifocal->spacing = Varifocal::Spacing::kSinusoidal;
   display.varifocal->relay_focal_mm = 700.0 / 3;
   display.varifocal->magnification0 = 0.9;
+  display.border_mm = 1;  // planes are nearest to each other at the ends
   display.layers = PlanesOf(*display.varifocal, display.layers[0]);
   return display;
 }

@@ -30,8 +30,11 @@ using ::testing::HasSubstr;
 
 Display SmallVarifocal() {
   Display display = FindDisplay("paper-varifocal");
-  display.width_px = 160;
-  display.height_px = 120;
+  display.width_px = 240;
+  display.height_px = 180;
+  // Lenses small enough that numerals fit.
+  const LensletArray lenses{LensletArray::Lattice::kHexagonal, 4, 3};
+  for (Layer& layer : display.layers) layer.optics = lenses;
   return display;
 }
 
@@ -220,8 +223,8 @@ TEST_P(OneBitFrames, AddUpToTheLightOfThePlanes) {
     for (int plane = 0; plane < 24; ++plane) {
       const EmitterImage& image = shown.slots[static_cast<std::size_t>(plane)][0];
       const Image<float> grey = GreyOf(layers.slots[static_cast<std::size_t>(plane)][0]);
-      for (int y = 0; y < 120; ++y) {
-        for (int x = 0; x < 160; ++x) {
+      for (int y = 0; y < 180; ++y) {
+        for (int x = 0; x < 240; ++x) {
           const double light = Lit(display, plane, x, y) ? static_cast<double>(grey(x, y)) : 0;
           const double mean = static_cast<double>(image.color(x, y).g);
           EXPECT_NEAR(mean, light, light > 0 ? tolerance + 1e-6 : 0)
