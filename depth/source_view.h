@@ -86,9 +86,9 @@ struct ColorLevel {
   Image<Pixel> pixels;             // (width + 4) x (height + 4)
 };
 
-// A view's colours at every scale: level l is about 2^(-l/2) as large as the picture (area-filtered),
-// so that the nearest level is at most 2^(1/4) off a wanted scale. Levels above 0 are made when they
-// are first asked for: a display needs one or two of a photograph's.
+// A view's colours at every scale: level l is about 2^(-l/2) as large as the picture
+// (area-filtered), so that the nearest level is at most 2^(1/4) off a wanted scale. Levels above 0
+// are made when they are first asked for: a display needs one or two of a photograph's.
 class ColorPyramid {
  public:
   ColorPyramid() = default;

@@ -31,6 +31,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kOverviewQuality = 92;  // of JPEG
+constexpr int kPngLevel = 2;          // of the eyes' pictures
 
 // A captured view's eye with what is rendered there directly, before the layers are loaded.
 struct DirectView {
@@ -123,7 +124,7 @@ void WriteViews(const std::filesystem::path& folder, const PreviewResult& result
     if (file.with_alpha) {
       WriteCodes8(path, file.picture->codes.span(), file.picture->share.span());
     } else {
-      WriteCodes8(path, file.picture->codes.span());
+      WriteCodes8(path, file.picture->codes.span(), kOverviewQuality, kPngLevel);
     }
   });
 }
