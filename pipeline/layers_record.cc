@@ -1,6 +1,7 @@
 #include "pipeline/layers_record.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -18,10 +19,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kFormatVersion = 2;
 constexpr const char* kRecordFile = "layers.json";
 constexpr const char* kRunLayers = "run `lamella layers` again";
 constexpr float kLargestHalf = 65504;
+constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
 
 // JSON has no infinity.
 Json Number(double value) {
@@ -33,54 +35,6 @@ double Number(const Json& json) {
   if (!json.is_string()) return json.get<double>();
   return json == "inf" ? std::numeric_limits<double>::infinity()
                        : -std::numeric_limits<double>::infinity();
-}
-
-Json ToJson(const Display& display) {
-  Json layers = Json::array();
-  for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    const Layer& layer = display.layers[l];
-    const Barrier& barrier = BarrierOf(display, l);
-    layers.push_back({{"position_mm", layer.position_mm},
-                      {"d0_mm", layer.d0_mm},
-                      {"mirror_x", layer.mirror_x},
-                      {"barrier",
-                       {{"period_px", barrier.period_px},
-                        {"aperture_px", barrier.aperture_px},
-                        {"slots", barrier.slots}}}});
-  }
-  return {{"name", display.name},
-          {"viewing_distance_mm", display.viewing_distance_mm},
-          {"shear", display.shear},
-          {"border_mm", display.border_mm},
-          {"border_offset_mm", display.border_offset_mm},
-          {"panel",
-           {{"width_px", display.width_px},
-            {"height_px", display.height_px},
-            {"pitch_mm", display.pitch_mm},
-            {"binning_px", display.binning_px}}},
-          {"layer", layers}};
-}
-
-Display DisplayFromJson(const Json& json) {
-  Display display;
-  display.name = json.at("name");
-  display.viewing_distance_mm = json.at("viewing_distance_mm");
-  display.shear = json.at("shear");
-  display.border_mm = json.at("border_mm");
-  display.border_offset_mm = json.at("border_offset_mm");
-  const Json& panel = json.at("panel");
-  display.width_px = panel.at("width_px");
-  display.height_px = panel.at("height_px");
-  display.pitch_mm = panel.at("pitch_mm");
-  display.binning_px = panel.at("binning_px");
-  for (const Json& layer : json.at("layer")) {
-    const Json& barrier = layer.at("barrier");
-    display.layers.push_back(
-        {layer.at("position_mm"), layer.at("d0_mm"),
-         Barrier{barrier.at("period_px"), barrier.at("aperture_px"), barrier.at("slots")},
-         layer.at("mirror_x")});
-  }
-  return display;
 }
 
 Json ToJson(const Placement& p) {
@@ -155,7 +109,7 @@ void SaveLayersRecord(const fs::path& folder, const LayersRecord& record) {
     }
   }
   const Json json = {{"format_version", kFormatVersion},
-                     {"display", ToJson(record.display)},
+                     {"display", ToToml(record.display)},
                      {"placement", ToJson(record.placement)},
                      {"seen_share", record.seen_share},
                      {"seen_share_in_picture", record.seen_share_in_picture},
@@ -171,12 +125,14 @@ LayersRecord LoadLayersRecord(const Workspace& workspace) {
       throw InputError(path.string(), "was written by a newer lamella",
                        "use that version or another --workspace");
     }
+    if (json.at("format_version").get<int>() < kFormatVersion) {
+      throw InputError(path.string(), "was written by an older lamella", kRunLayers);
+    }
     LayersRecord record;
-    record.display = DisplayFromJson(json.at("display"));
+    record.display = ParseDisplay(json.at("display").get<std::string>(), path.string());
     record.placement = PlacementFromJson(json.at("placement"));
     record.seen_share = json.at("seen_share");
     record.seen_share_in_picture = json.at("seen_share_in_picture");
-    Check(record.display, path.string());
     return record;
   } catch (const Json::exception&) {
     throw InputError(path.string(), "is damaged", kRunLayers);
@@ -187,10 +143,10 @@ std::string EmitterFile(int layer, int slot) {
   return fmt::format("layer_{}_slot_{}.exr", layer, slot);
 }
 
-void SaveEmitterImage(const fs::path& folder, int layer, int slot, const EmitterImage& image) {
+std::vector<Channel> ChannelsOf(const EmitterImage& image) {
   const int width = image.color.width(), height = image.color.height();
   std::vector<Channel> channels;
-  for (const char* name : {"R", "G", "B", "A"}) channels.push_back({name, {width, height}});
+  for (const char* name : kChannels) channels.push_back({name, {width, height}});
   for (std::size_t i = 0; i < image.color.size(); ++i) {
     const Rgb& color = image.color.data()[i];
     channels[0].pixels.data()[i] = std::min(color.r, kLargestHalf);
@@ -198,7 +154,23 @@ void SaveEmitterImage(const fs::path& folder, int layer, int slot, const Emitter
     channels[2].pixels.data()[i] = std::min(color.b, kLargestHalf);
     channels[3].pixels.data()[i] = image.coverage.data()[i];
   }
-  WriteExr(folder / EmitterFile(layer, slot), channels, ExrType::kHalf, ExrCompression::kPiz);
+  return channels;
+}
+
+ExrRowsWriter EmitterWriter(const fs::path& folder, int layer, int slot, int width, int height) {
+  return {folder / EmitterFile(layer, slot),
+          {kChannels.begin(), kChannels.end()},
+          width,
+          height,
+          ExrType::kHalf,
+          ExrCompression::kPiz};
+}
+
+void SaveEmitterImage(const fs::path& folder, int layer, int slot, const EmitterImage& image) {
+  ExrRowsWriter file =
+      EmitterWriter(folder, layer, slot, image.color.width(), image.color.height());
+  file.Write(ChannelsOf(image));
+  file.Close();
 }
 
 EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/json_file.h"
+#include "pipeline/varifocal_frames.h"
 
 namespace lamella {
 namespace {
@@ -56,12 +58,36 @@ EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int l
   return emitters;
 }
 
+LayerImages LoadStrokes(const Workspace& workspace, const LayersRecord& record,
+                        const JsonObject& json) {
+  StrokeFrames frames;
+  for (const JsonObject& stroke : json.Objects("strokes")) {
+    frames.files.push_back(stroke.Text("file"));
+  }
+  const JsonObject packing = json.Object("packing");
+  frames.planes = static_cast<int>(record.display.layers.size());
+  frames.packing = {ChannelOrderOf(packing.Text("channels")), BitOrderOf(packing.Text("bits")),
+                    packing.Truth("there_and_back")};
+  const std::vector<Image<float>> grey =
+      ReadStrokeFrames(workspace.Stage("frames"), frames, record.display);
+  LayerImages images = LoadLayerImages(workspace, record);  // for their coverage
+  for (std::size_t plane = 0; plane < grey.size(); ++plane) {
+    Image<Rgb>& color = images.slots[plane][0].color;
+    for (std::size_t i = 0; i < color.size(); ++i) {
+      const float light = grey[plane].data()[i];
+      color.data()[i] = {light, light, light};
+    }
+  }
+  return images;
+}
+
 }  // namespace
 
-LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record) {
+PanelImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record) {
   const fs::path folder = workspace.Stage("frames");
   const JsonObject json(folder / "frames.json");
   json.CheckFormatVersion(1);
+  if (json.Has("strokes")) return {LoadStrokes(workspace, record, json), true};
   const Light light = ResponseOf(json.Object("response"));
   LayerImages images;
   images.seen_share = record.seen_share;
@@ -84,7 +110,7 @@ LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& reco
                                         static_cast<int>(s), files[slot], light);
     });
   }
-  return images;
+  return {std::move(images), false};
 }
 
 }  // namespace lamella

@@ -5,6 +5,7 @@
 
 #include "depth/resize_area.h"
 #include "distribute/metrics.h"
+#include "lightfield/color.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 
@@ -65,6 +66,15 @@ PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_p
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye) {
   EyePicture seen = SimulateEye(layers, display, eye);
   return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
+}
+
+void LoseColor(PreviewPicture& picture) {
+  Image<Rgb> light = DecodeSrgb8(picture.codes.span());
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const float grey = Luminance(light.data()[i]);
+    light.data()[i] = {grey, grey, grey};
+  }
+  picture.codes = EncodeSrgb8(light.span());
 }
 
 PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured) {

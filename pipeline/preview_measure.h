@@ -26,6 +26,8 @@ struct PreviewPicture {
 // rays.
 PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px);
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye);
+// Every pixel becomes the grey of its luminance.
+void LoseColor(PreviewPicture& picture);
 // A captured view on the raster of its eye.
 PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured);
 

@@ -70,6 +70,17 @@ void RenderTargets(const RaySource& placed, double mm_per_view_px, PreviewResult
   }
 }
 
+// A display without colours is asked for none.
+void LoseColors(PreviewResult& result, std::vector<DirectView>& direct) {
+  for (std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
+    for (EyeResult& eye : *eyes) LoseColor(eye.target);
+  }
+  for (DirectView& view : direct) {
+    LoseColor(view.captured);
+    LoseColor(view.direct);
+  }
+}
+
 void Simulate(const LayerImages& layers, const Display& display, const PreviewOptions& options,
               PreviewResult& result, std::vector<DirectView> direct, const ViewSet& set,
               Progress& progress) {
@@ -260,8 +271,11 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
     const std::unique_ptr<RaySource> placed = Placed(*source, record.placement);
     RenderTargets(*placed, record.placement.mm_per_view_px, result, direct, progress);
   }
-  const LayerImages layers = options.source == "frames" ? LoadPanelImages(workspace, record)
-                                                        : LoadLayerImages(workspace, record);
+  const PanelImages shown = options.source == "frames"
+                                ? LoadPanelImages(workspace, record)
+                                : PanelImages{LoadLayerImages(workspace, record), false};
+  const LayerImages& layers = shown.layers;
+  if (shown.grey) LoseColors(result, direct);
   Simulate(layers, record.display, options, result, std::move(direct), set, progress);
   progress.Start("preview: files", 3, "parts");
   WriteViews(run.folder() / "views", result);

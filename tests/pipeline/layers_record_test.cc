@@ -56,6 +56,19 @@ TEST(LayersRecord, ReadsBackWhatItWrote) {
   }
 }
 
+TEST(LayersRecord, KeepsDisplaysOfAnyOptics) {
+  const Workspace workspace(ScratchFolder());
+  CreateFolder(workspace.Stage("layers"));
+  LayersRecord record = Record();
+  Display lenticular = FindDisplay("paper-one-layer");
+  lenticular.layers[0].optics = Lenticular{4.5, -1.0 / 6, 9, 0.25, 4};
+  for (const Display& display : {FindDisplay("paper-varifocal"), lenticular}) {
+    record.display = display;
+    SaveLayersRecord(workspace.Stage("layers"), record);
+    EXPECT_EQ(LoadLayersRecord(workspace).display, display);
+  }
+}
+
 TEST(LayersRecord, RefusesWhatItCannotUse) {
   const Workspace workspace(ScratchFolder());
   CreateFolder(workspace.Stage("layers"));
@@ -69,9 +82,11 @@ TEST(LayersRecord, RefusesWhatItCannotUse) {
   };
   EXPECT_THAT(refusal(), HasSubstr("layers.json"));
   const auto path = workspace.Stage("layers") / "layers.json";
-  WriteTextAtomically(path, "{\"format_version\": 2}");
+  WriteTextAtomically(path, "{\"format_version\": 3}");
   EXPECT_THAT(refusal(), HasSubstr("newer lamella"));
   WriteTextAtomically(path, "{\"format_version\": 1}");
+  EXPECT_THAT(refusal(), HasSubstr("older lamella; run `lamella layers` again"));
+  WriteTextAtomically(path, "{\"format_version\": 2}");
   EXPECT_THAT(refusal(), HasSubstr("is damaged; run `lamella layers` again"));
   WriteTextAtomically(path, "{");
   EXPECT_THAT(refusal(), HasSubstr("is damaged"));

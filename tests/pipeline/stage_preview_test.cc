@@ -253,7 +253,7 @@ class StagePreviewTest : public testing::Test {
     const Workspace workspace(root_ / "W");
     const LayersRecord record = LoadLayersRecord(workspace);
     const LayerImages layers = LoadLayerImages(workspace, record);
-    const LayerImages panels = LoadPanelImages(workspace, record);
+    const LayerImages panels = LoadPanelImages(workspace, record).layers;
     for (std::size_t l = 0; l < 2; ++l) {
       for (std::size_t slot = 0; slot < 9; ++slot) {
         const EmitterImage &a = layers.slots[l][slot], &b = panels.slots[l][slot];
