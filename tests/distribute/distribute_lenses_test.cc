@@ -7,6 +7,7 @@
 
 #include "distribute/displays.h"
 #include "distribute/distribute.h"
+#include "distribute/simulate_eye.h"
 #include "tests/reference/distribute_reference.h"
 
 namespace lamella {
@@ -127,6 +128,49 @@ TEST(VarifocalPlanes, AgreeWithManyRaysABeam) {
     scene.rectangles = {Waves(-20, 0.1), {3, -4, 5, -3, 4, Waves(0, 0.1).color}};
     for (int plane = 0; plane < 3; ++plane) {
       EXPECT_GE(Agreement(scene, display, Fine(2, 1), plane, 6), 40) << focal << " " << plane;
+    }
+  }
+}
+
+// What an eye sees of the display against the scene along the same lines, in dB.
+double SeenPsnr(const AnalyticScene& scene, const Display& display, const Eigen::Vector3d& at) {
+  const LayerImages images = Distribute(scene, display, Fine(1, 1), SilentProgress());
+  Eye eye;
+  eye.position = at;
+  eye.pixel_mm = 4 * display.pitch_mm;
+  eye.width = display.width_px / 4 - 12;
+  eye.height = display.height_px / 4 - 6;
+  eye.left_mm = -eye.width * eye.pixel_mm / 2;
+  eye.top_mm = eye.height * eye.pixel_mm / 2;
+  const EyePicture seen = SimulateEye(images, display, eye);
+  const RayBundle rays = BundleOfEye(eye, 4);
+  double sum = 0;
+  for (int y = 0; y < eye.height; ++y) {
+    for (int x = 0; x < eye.width; ++x) {
+      double direct = 0;
+      for (int i = 0; i < 16; ++i) {
+        const RaySample sample = scene.Trace(rays.RayAt(4 * x + i % 4 + 0.5, 4 * y + i / 4 + 0.5));
+        direct += static_cast<double>(sample.color.g) / 16;
+      }
+      sum += std::pow(direct - static_cast<double>(seen.color(x, y).g), 2);
+    }
+  }
+  return 10 * std::log10(eye.width * eye.height / sum);
+}
+
+TEST(LensDisplays, ShowEyesTheSceneWithItsParallax) {
+  for (const Optics& optics : {Optics(LensletArray{LensletArray::Lattice::kSquare, 6, 6}),
+                               Optics(LensletArray{LensletArray::Lattice::kHexagonal, 6, 5}),
+                               Optics(Lenticular{18, 0.2, 18})}) {
+    Display display = WithOptics(optics);
+    display.width_px = 320;
+    display.height_px = 160;
+    const bool full = !std::holds_alternative<Lenticular>(optics);
+    AnalyticScene scene;  // a card before a wall: parallax of 4 mm between the outer eyes
+    scene.rectangles = {Waves(-6, 0.05), {10, -12, 6, -9, 12, Waves(0, 0.06).color}};
+    for (const double x : {-40.0, 0.0, 55.0}) {
+      const Eigen::Vector3d at(x, full ? 0.5 * x : 0, 600);
+      EXPECT_GE(SeenPsnr(scene, display, at), 27) << NameOf(optics) << " " << x;
     }
   }
 }
