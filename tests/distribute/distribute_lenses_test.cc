@@ -132,7 +132,16 @@ TEST(VarifocalPlanes, AgreeWithManyRaysABeam) {
   }
 }
 
-// What an eye sees of the display against the scene along the same lines, in dB.
+Rectangle Grey(Rectangle rectangle) {
+  rectangle.color = [color = rectangle.color](double x, double y) {
+    const float value = color(x, y).g;
+    return Rgb{value, value, value};
+  };
+  return rectangle;
+}
+
+// What an eye sees of the display against a grey scene along the same lines, in dB. Of the mean of
+// the channels, since single lenses of a striped panel show single channels.
 double SeenPsnr(const AnalyticScene& scene, const Display& display, const Eigen::Vector3d& at) {
   const LayerImages images = Distribute(scene, display, Fine(1, 1), SilentProgress());
   Eye eye;
@@ -152,7 +161,8 @@ double SeenPsnr(const AnalyticScene& scene, const Display& display, const Eigen:
         const RaySample sample = scene.Trace(rays.RayAt(4 * x + i % 4 + 0.5, 4 * y + i / 4 + 0.5));
         direct += static_cast<double>(sample.color.g) / 16;
       }
-      sum += std::pow(direct - static_cast<double>(seen.color(x, y).g), 2);
+      const Rgb& color = seen.color(x, y);
+      sum += std::pow(direct - static_cast<double>(color.r + color.g + color.b) / 3, 2);
     }
   }
   return 10 * std::log10(eye.width * eye.height / sum);
@@ -167,7 +177,7 @@ TEST(LensDisplays, ShowEyesTheSceneWithItsParallax) {
     display.height_px = 160;
     const bool full = !std::holds_alternative<Lenticular>(optics);
     AnalyticScene scene;  // a card before a wall: parallax of 4 mm between the outer eyes
-    scene.rectangles = {Waves(-6, 0.05), {10, -12, 6, -9, 12, Waves(0, 0.06).color}};
+    scene.rectangles = {Grey(Waves(-6, 0.05)), Grey({10, -12, 6, -9, 12, Waves(0, 0.06).color})};
     for (const double x : {-40.0, 0.0, 55.0}) {
       const Eigen::Vector3d at(x, full ? 0.5 * x : 0, 600);
       EXPECT_GE(SeenPsnr(scene, display, at), 27) << NameOf(optics) << " " << x;
