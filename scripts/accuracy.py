@@ -219,30 +219,32 @@ DISPLAY_FILES = {"paper": two_layers("two-layer-540", (-10, 10), 0), "effective"
                  "lens": two_layers("lens-540", (-10, 10), lens=True)}
 
 
-def true_depth(bench, display, quality):
-    """Antinous on a display: eyes from true and from estimated depth, both against direct rendering from true depth."""
+def true_depth(bench, quality):
+    """Antinous on displays: eyes from true and from estimated depth, both against direct rendering from true depth."""
     capture = bench.data / "lightfield/hci_antinous"
 
     def take(workspace):
-        file = workspace.parent / "display.toml"
-        file.write_text(DISPLAY_FILES[display])
-        found = {"stages": {}, "psnr": {}}
-        for depth in ("given", "estimate"):
-            folder = workspace.parent / depth
-            bench.run("run", capture, "--workspace", folder, "--display", file, "--quality", quality, "--depth", depth,
-                      *PLACEMENT[:6], "--preview-positions", 1, "--preview-eyes", TRUE_DEPTH_EYES, "--preview-eye-pixel-mm", PITCH_MM)
-            found["stages"][depth] = stages(folder)
-            found["psnr"][depth] = [
-                number(bench.run("compare", "images", folder / f"preview/views/eye_further_{i:02}.png",
-                                 workspace.parent / f"given/preview/views/target_further_{i:02}.png", "--border", 24)[0], "mean")
-                for i in range(TRUE_DEPTH_EYES.count(";") + 1)]
+        folders = {depth: workspace.parent / depth for depth in ("given", "estimate")}
+        found = {}
+        for display, text in DISPLAY_FILES.items():
+            file = workspace.parent / "display.toml"
+            file.write_text(text)
+            found[display] = {"stages": {}, "psnr": {}}
+            for depth, folder in folders.items():
+                bench.run("run", capture, "--workspace", folder, "--display", file, "--quality", quality, "--depth", depth,
+                          *PLACEMENT[:6], "--preview-positions", 1, "--preview-eyes", TRUE_DEPTH_EYES,
+                          "--preview-eye-pixel-mm", PITCH_MM)
+                found[display]["stages"][depth] = stages(folder)
+                found[display]["psnr"][depth] = [
+                    number(bench.run("compare", "images", folder / f"preview/views/eye_further_{i:02}.png",
+                                     folders["given"] / f"preview/views/target_further_{i:02}.png", "--border", 24)[0], "mean")
+                    for i in range(TRUE_DEPTH_EYES.count(";") + 1)]
         return found
     return take
 
 
 def take_true_depth(bench):
-    return {(display, q): bench.measure(f"true_depth_{display}_{q}", true_depth(bench, display, q))
-            for display in TRUE_DEPTH_DISPLAYS for q in ("balanced", "best")}
+    return {q: bench.measure(f"true_depth_{q}", true_depth(bench, q)) for q in ("balanced", "best")}
 
 
 def take_all(bench):
@@ -305,7 +307,8 @@ def by_quality(results, name, heads, figures, costs):
 def true_depth_section(results):
     mean = lambda values: sum(values) / len(values)
     rows = []
-    for (display, q), r in results.items():
+    for display, q in ((display, q) for display in TRUE_DEPTH_DISPLAYS for q in results):
+        r = results[q][display]
         given, estimated = r["psnr"]["given"], r["psnr"]["estimate"]
         rows.append([f"{TRUE_DEPTH_DISPLAYS[display]}, {q}", f"{mean(given):.2f} dB ({min(given):.2f} to {max(given):.2f})",
                      f"{mean(estimated):.2f} dB", f"{mean(given) - mean(estimated):+.2f} dB",
