@@ -1,6 +1,5 @@
 // Distribution to lenses against many rays a beam, and in strips against all at once.
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -158,7 +157,8 @@ double SeenPsnr(const AnalyticScene& scene, const Display& display, const Eigen:
     for (int x = 0; x < eye.width; ++x) {
       double direct = 0;
       for (int i = 0; i < 16; ++i) {
-        const RaySample sample = scene.Trace(rays.RayAt(4 * x + i % 4 + 0.5, 4 * y + i / 4 + 0.5));
+        const int u = 4 * x + i % 4, v = 4 * y + i / 4;
+        const RaySample sample = scene.Trace(rays.RayAt(u + 0.5, v + 0.5));
         direct += static_cast<double>(sample.color.g) / 16;
       }
       const Rgb& color = seen.color(x, y);
@@ -204,12 +204,10 @@ TEST(Distribute, GivesTheSameEmittersInStrips) {
         [&](const EmitterRows& rows) {
           const EmitterImage& all = whole.slots[0][static_cast<std::size_t>(rows.slot)];
           for (int y = 0; y < rows.emitters.color.height(); ++y) {
-            EXPECT_EQ(std::memcmp(rows.emitters.color.row(y), all.color.row(rows.first_row + y),
-                                  36 * sizeof(Rgb)),
-                      0);
-            EXPECT_EQ(std::memcmp(rows.emitters.coverage.row(y),
-                                  all.coverage.row(rows.first_row + y), 36 * sizeof(float)),
-                      0);
+            for (int x = 0; x < 36; ++x) {
+              ASSERT_EQ(rows.emitters.color(x, y), all.color(x, rows.first_row + y));
+              ASSERT_EQ(rows.emitters.coverage(x, y), all.coverage(x, rows.first_row + y));
+            }
           }
           if (rows.slot == 0) ++strips;
         },
