@@ -31,7 +31,7 @@ SCENES = {"room": "poses", "curved": "poses", "occluder": "poses", "glossy": "po
 # Eyes of the comparison with true depth, mm, and its displays: 540 x 540 emitters' worth of paper-two-layer's rays.
 TRUE_DEPTH_EYES = "0,0;32,0;-32,0;54,0;-54,0"
 TRUE_DEPTH_DISPLAYS = {"paper": "as paper-two-layer", "effective": "layers and border by the effective plane",
-                       "lens": "square lenslets with as many rays"}
+                       "lens": "square lenslets"}
 SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
 
 
@@ -204,11 +204,12 @@ def two_layers(name, positions, border_offset_mm=None, lens=False):
     """A display's file: paper-two-layer's rays on 540 x 540 emitters per slot, with other positions or with lenses.
 
     The lens display has all slots' emitters at once: lenses as far apart as a barrier's openings of all slots, 2 px,
-    over emitters of a third of the pitch at a third of the distance, so the same lattice of places and directions.
+    with the same steps between directions over emitters of a quarter of the pitch at a quarter of the distance. The
+    windows of such lenses do not follow the viewer, so they have 8 x 8 directions for a barrier's 6 x 6.
     """
-    fine = 3 if lens else 1
+    fine = 4 if lens else 1
     border = f"border_offset_mm = {border_offset_mm}\n" if border_offset_mm is not None else ""
-    optics = ('[layer.lenslets]\nlattice = "square"\npitch_px = 6\nrays = 6\n' if lens
+    optics = ('[layer.lenslets]\nlattice = "square"\npitch_px = 8\nrays = 8\n' if lens
               else "[layer.barrier]\nperiod_px = 6\naperture_px = 2\nslots = 3\n")
     layers = "".join(f"\n[[layer]]\nposition_mm = {z}\nd0_mm = {5.0 / fine}\n{optics}" for z in positions)
     return (f'format_version = 1\nname = "{name}"\nviewing_distance_mm = 600\nborder_mm = 4\n{border}\n[panel]\n'
@@ -318,8 +319,8 @@ def true_depth_section(results):
 Antinous on ±20 mm (disparities -3.131 to 2.689, one view pixel one panel pixel), eyes at 0, ±32 and ±54 mm, border
 24 px; `--depth given` takes the true disparity of the centre view and warps it to the other 80. All against direct
 rendering from true depth, the mean over each eye pixel. Displays of 540x540 emitters per slot, layers at ±10 mm, borders
-of 4 mm; by the effective plane layers stand at -6 and 14 mm with the border on z = 0. The lenses are 2 panel pixels
-apart over emitters of a third of the pitch. Time and memory are of the stage layers:
+of 4 mm; by the effective plane layers stand at -6 and 14 mm with the border on z = 0. The lenses are 2 panel
+pixels apart, 8x8 directions each with a barrier's steps between them. Time and memory are of the stage layers:
 
 """ + table(["display and quality", "true depth (worst to best eye)", "estimated depth", "loss", "time", "peak memory"], rows)
 
