@@ -182,8 +182,9 @@ class StagePreviewTest : public testing::Test {
         for (int i = 0; i < kLines * kLines * part.width * part.height; ++i) {
           const int line = i % (kLines * kLines), pixel_index = i / (kLines * kLines);
           const int x = pixel_index % part.width, y = pixel_index / part.width;
-          const double x0 = left + (part.x + x + (line % kLines + 0.5) / kLines) * pixel;
-          const double y0 = top - (part.y + y + (line / kLines + 0.5) / kLines) * pixel;
+          const int u = line % kLines, v = line / kLines;
+          const double x0 = left + (part.x + x + (u + 0.5) / kLines) * pixel;
+          const double y0 = top - (part.y + y + (v + 0.5) / kLines) * pixel;
           // Mean of 9 slots over the brightness (2/6)^2; the mirror's 1/2 is in both.
           picture(x, y) +=
               at(modulator, x0, y0, z).g / (kLines * kLines) * at(emitter, x0, y0, z - 5);
