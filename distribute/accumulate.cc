@@ -1,91 +1,203 @@
 #include "distribute/accumulate.h"
 
 #include <algorithm>
+#include <limits>
+#include <memory>
+#include <utility>
 
+#include "distribute/accumulate_kernels.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
 
 // Emitter rows whose sums one task owns. More rows share more of the samples' rows, fewer keep
-// those in the cache.
-constexpr int kBandRows = 48;
+// more threads busy.
+constexpr int kBandRows = 32;
 
-inline void AddScaled(Light& sum, float weight, const Light& light) {
-  sum.r += weight * light.r;
-  sum.g += weight * light.g;
-  sum.b += weight * light.b;
-  sum.coverage += weight * light.coverage;
-}
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
 
-// out[i] = overlap i of the node along x, for one row of samples.
-void FilterRow(const Light* row, int first_x, const std::vector<Overlap>& overlaps,
-               const float* weights, Light* out) {
-  for (const Overlap& overlap : overlaps) {
-    const Light* sample = row + (overlap.first_sample - first_x);
-    const float* weight = weights + overlap.weights;
-    Light sum;
-    for (int i = 0; i < overlap.num_samples; ++i) AddScaled(sum, weight[i], sample[i]);
-    *out++ = sum;
-  }
-}
-
+// The overlaps along y of some emitter rows of a layer, by their first sample: so each row of
+// samples is needed once.
 struct Band {
-  std::vector<const Overlap*> rows;  // overlaps of the band's emitter rows along y
-  int first_sample = 0, end_sample = 0;
+  int layer = 0;
+  std::vector<const Overlap*> rows;
+  int first_sample() const { return rows.empty() ? 0 : rows[0]->first_sample; }
 };
 
-std::vector<Band> BandsOf(const std::vector<Overlap>& overlaps, int emitter_rows) {
-  std::vector<Band> bands(static_cast<std::size_t>((emitter_rows + kBandRows - 1) / kBandRows));
-  for (const Overlap& overlap : overlaps) {
-    Band& band = bands[static_cast<std::size_t>(overlap.emitter / kBandRows)];
-    const int end = overlap.first_sample + overlap.num_samples;
-    band.first_sample = band.rows.empty() ? overlap.first_sample
-                                          : std::min(band.first_sample, overlap.first_sample);
-    band.end_sample = band.rows.empty() ? end : std::max(band.end_sample, end);
-    band.rows.push_back(&overlap);
+void AddBands(int layer, const LayerSums& of, int node_y, std::vector<Band>& bands) {
+  const int rows = of.sums.slots.at(0).height();
+  const std::size_t first = bands.size();
+  bands.resize(first + Index((rows + kBandRows - 1) / kBandRows), Band{layer, {}});
+  for (const Overlap& overlap : of.overlaps.y.nodes[Index(node_y)]) {
+    const int band = (overlap.emitter - of.sums.first_row) / kBandRows;
+    bands[first + Index(band)].rows.push_back(&overlap);
   }
-  return bands;
+  for (std::size_t i = first; i < bands.size(); ++i) {
+    std::stable_sort(
+        bands[i].rows.begin(), bands[i].rows.end(),
+        [](const Overlap* a, const Overlap* b) { return a->first_sample < b->first_sample; });
+  }
 }
 
-// Adds the weighted sum of filtered rows to one emitter row of every slot along x.
-void AddRow(const Overlap& row, const float* weights, const Light* filtered, std::size_t stride,
-            const std::vector<Overlap>& columns, Light* const* sums_of_slot) {
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    Light& sum = sums_of_slot[columns[i].slot][columns[i].emitter];
-    const Light* light = filtered + i;
-    for (int j = 0; j < row.num_samples; ++j, light += stride) AddScaled(sum, weights[j], *light);
+// Room for lights, kept by each thread: bands are many and short-lived, and fresh memory is slow.
+class Room {
+ public:
+  explicit Room(std::size_t lights) {
+    if (!Kept().empty()) {
+      lights_ = std::move(Kept().back());
+      Kept().pop_back();
+    }
+    if (lights_.size() < lights) lights_.resize(lights);
+  }
+  ~Room() {
+    if (!lights_.empty()) Kept().push_back(std::move(lights_));
+  }
+  Room(Room&&) = default;
+  Light* data() { return lights_.data(); }
+
+ private:
+  static std::vector<std::vector<Light>>& Kept() {
+    thread_local std::vector<std::vector<Light>> kept;
+    return kept;
+  }
+  std::vector<Light> lights_;
+};
+
+// Keeps the last `most` rows that were made; rows are asked for in rising order.
+class RowWindow {
+ public:
+  RowWindow(int most, int width) : most_(most), width_(Index(width)), room_(Index(most) * width_) {}
+
+  // Calls make(row, out) for those of the rows [first, first + count) that were not made before.
+  template <class Make>
+  void Fill(int first, int count, const Make& make) {
+    next_ = std::max(next_, first);
+    for (; next_ < first + count; ++next_) make(next_, Row(next_));
+  }
+  // Indices of samples may be negative.
+  Light* Row(int row) { return room_.data() + Index((row % most_ + most_) % most_) * width_; }
+
+ private:
+  int most_;
+  std::size_t width_;
+  Room room_;
+  int next_ = std::numeric_limits<int>::min();
+};
+
+// Places that follow each other in a row of sums, and so do their overlaps.
+struct Run {
+  int slot = 0, place = 0;
+  int first = 0, count = 0;  // of the overlaps
+};
+
+std::vector<Run> RunsOf(const std::vector<Overlap>& overlaps) {
+  std::vector<Run> runs;
+  for (int i = 0; i < static_cast<int>(overlaps.size()); ++i) {
+    const Overlap& overlap = overlaps[Index(i)];
+    if (runs.empty() || runs.back().slot != overlap.slot ||
+        runs.back().place + runs.back().count != overlap.emitter) {
+      runs.push_back({overlap.slot, overlap.emitter, i, 0});
+    }
+    ++runs.back().count;
+  }
+  return runs;
+}
+
+// The columns of a family at a node, and the rows of samples that were filtered to them.
+struct FamilyRows {
+  FamilyRows(const AxisOverlaps& x, int node_x, int most_rows)
+      : columns(x.nodes[Index(node_x)]),
+        weights(x.weights.data()),
+        runs(RunsOf(columns)),
+        filtered(most_rows, static_cast<int>(columns.size())) {}
+  const std::vector<Overlap>& columns;
+  const float* weights;
+  std::vector<Run> runs;
+  RowWindow filtered;
+};
+
+void AddRun(const Run& run, const Overlap& row, const float* row_weights, FamilyRows& family,
+            std::vector<const Light*>& taps, EmitterSums& sums) {
+  taps.clear();
+  for (int i = 0; i < row.num_samples; ++i) {
+    taps.push_back(family.filtered.Row(row.first_sample + i) + run.first);
+  }
+  Image<Light>& slot = sums.slots[Index(sums.slots_per_axis * row.slot + run.slot)];
+  AddRows(taps.data(), row_weights + row.weights, row.num_samples, run.count,
+          slot.row(row.emitter - sums.first_row) + run.place);
+}
+
+// A node's part in a band.
+class NodeInBand {
+ public:
+  NodeInBand(const NodeSamples& node, const LayerWeights& weights, int layer,
+             const LayerOverlaps& overlaps, int most_rows)
+      : node_(node),
+        weights_(weights),
+        layer_(layer),
+        overlaps_(overlaps),
+        most_rows_(most_rows),
+        taken_(most_rows, node.samples.width),
+        families_(overlaps.x.size()) {}
+
+  void Add(const Overlap& row, EmitterSums& sums) {
+    const AxisOverlaps& x = overlaps_.x[Index(row.family)];
+    if (x.nodes[Index(node_.node_x)].empty()) return;
+    std::unique_ptr<FamilyRows>& family = families_[Index(row.family)];
+    if (!family) family = std::make_unique<FamilyRows>(x, node_.node_x, most_rows_);
+    taken_.Fill(row.first_sample, row.num_samples, [&](int j, Light* out) {
+      TakeRow(node_.samples.row(j - node_.first_y), node_.samples.width, weights_, layer_, out);
+    });
+    family->filtered.Fill(row.first_sample, row.num_samples, [&](int j, Light* out) {
+      FilterRow(taken_.Row(j), node_.first_x, family->columns, family->weights, out);
+    });
+    for (const Run& run : family->runs) {
+      AddRun(run, row, overlaps_.y.weights.data(), *family, taps_, sums);
+    }
+  }
+
+ private:
+  const NodeSamples& node_;
+  const LayerWeights& weights_;
+  const int layer_;
+  const LayerOverlaps& overlaps_;
+  const int most_rows_;
+  RowWindow taken_;
+  std::vector<std::unique_ptr<FamilyRows>> families_;
+  std::vector<const Light*> taps_;
+};
+
+void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWeights& weights,
+             LayerSums& layer) {
+  int most_rows = 1;
+  for (const Overlap* row : band.rows) most_rows = std::max(most_rows, row->num_samples);
+  std::vector<NodeInBand> in_band;
+  in_band.reserve(nodes.size());
+  for (const NodeSamples& node : nodes) {
+    in_band.emplace_back(node, weights, band.layer, layer.overlaps, most_rows);
+  }
+  // An emitter gets what it gets of all nodes while it is in the cache.
+  for (const Overlap* row : band.rows) {
+    for (NodeInBand& node : in_band) node.Add(*row, layer.sums);
   }
 }
 
 }  // namespace
 
-void Accumulate(ImageSpan<const Light> samples, int first_x, int first_y, const AxisOverlaps& x,
-                int node_x, const AxisOverlaps& y, int node_y, EmitterSums& sums) {
-  const std::vector<Overlap>& columns = x.nodes[static_cast<std::size_t>(node_x)];
-  const std::vector<Overlap>& rows = y.nodes[static_cast<std::size_t>(node_y)];
-  const std::vector<Band> bands = BandsOf(rows, sums.slots.at(0).height());
-  const std::size_t stride = columns.size();
-  ParallelForEach(0, static_cast<std::int64_t>(bands.size()), [&](std::int64_t b) {
-    const Band& band = bands[static_cast<std::size_t>(b)];
-    std::vector<Light> filtered(stride *
-                                static_cast<std::size_t>(band.end_sample - band.first_sample));
-    for (int j = band.first_sample; j < band.end_sample; ++j) {
-      FilterRow(samples.row(j - first_y), first_x, columns, x.weights.data(),
-                filtered.data() + stride * static_cast<std::size_t>(j - band.first_sample));
-    }
-    std::vector<Light*> sums_of_slot(static_cast<std::size_t>(sums.slots_per_axis));
-    for (const Overlap* row : band.rows) {
-      for (int slot_x = 0; slot_x < sums.slots_per_axis; ++slot_x) {
-        const int slot = sums.slots_per_axis * row->slot + slot_x;
-        sums_of_slot[static_cast<std::size_t>(slot_x)] =
-            sums.slots[static_cast<std::size_t>(slot)].row(row->emitter);
-      }
-      AddRow(*row, y.weights.data() + row->weights,
-             filtered.data() +
-                 stride * static_cast<std::size_t>(row->first_sample - band.first_sample),
-             stride, columns, sums_of_slot.data());
-    }
+void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
+                std::span<LayerSums> layers) {
+  std::vector<Band> bands;
+  for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+    AddBands(static_cast<int>(layer), layers[layer], node_y, bands);
+  }
+  // Bands of the same samples after each other.
+  std::stable_sort(bands.begin(), bands.end(), [](const Band& a, const Band& b) {
+    return a.first_sample() < b.first_sample();
+  });
+  ParallelForEach(0, static_cast<std::int64_t>(bands.size()), [&](std::int64_t i) {
+    const Band& band = bands[static_cast<std::size_t>(i)];
+    AddBand(band, nodes, weights, layers[Index(band.layer)]);
   });
 }
 

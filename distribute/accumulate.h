@@ -1,11 +1,15 @@
-// Adds one node's samples to the emitters of one layer: the sparse matrix product of
-// distribute/prefilter.h, first along rows and then along columns, by bands of emitter rows.
+// Adds nodes' samples to the emitters of all layers: the nearest layer's choice
+// (distribute/assign.h) and the sparse matrix product of distribute/prefilter.h, first along rows
+// and then down columns, by bands of emitter rows.
 #pragma once
 
+#include <span>
 #include <vector>
 
+#include "distribute/assign.h"
 #include "distribute/prefilter.h"
 #include "lightfield/image.h"
+#include "lightfield/ray_source.h"
 
 namespace lamella {
 
@@ -14,16 +18,38 @@ struct alignas(16) Light {
   float r = 0, g = 0, b = 0, coverage = 0;
 };
 
-// Emitters of all time slots of a layer: slots[slots_per_axis * slot_y + slot_x].
+// The emitters of rows [first_row, ...) of all time slots of a layer, slots[slots_per_axis * slot_y
+// + slot_x]. Columns may have any order; Overlap::emitter of columns names their places in it.
 struct EmitterSums {
   int slots_per_axis = 1;
+  int first_row = 0;
   std::vector<Image<Light>> slots;
 };
 
-// `samples`: of the node's bundle, whose first column and row have the indices `first_x`, `first_y`
-// on the sample lattice; they cover every sample of the overlaps. Parallel over bands of emitter
-// rows.
-void Accumulate(ImageSpan<const Light> samples, int first_x, int first_y, const AxisOverlaps& x,
-                int node_x, const AxisOverlaps& y, int node_y, EmitterSums& sums);
+// What a layer takes of a scene's rays.
+struct LayerOverlaps {
+  std::vector<AxisOverlaps> x;  // by family of columns
+  AxisOverlaps y;               // of the rows of the sums
+};
+
+// A node's samples; the first one has these indices on the sample lattice.
+struct NodeSamples {
+  int node_x = 0;
+  int first_x = 0, first_y = 0;
+  ImageSpan<const RaySample> samples;
+};
+
+// A layer's overlaps and sums.
+struct LayerSums {
+  LayerOverlaps overlaps;
+  EmitterSums sums;
+};
+
+// Nodes of one row of nodes; many at a time are faster, since they share emitters. A layer takes a
+// sample by its weight, black where another layer shows it (a shadow), and not at all where it is
+// unknown or not finite. The samples cover those of all overlaps. Parallel over layers and bands of
+// emitter rows.
+void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
+                std::span<LayerSums> layers);
 
 }  // namespace lamella

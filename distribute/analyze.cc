@@ -137,7 +137,8 @@ std::vector<std::vector<double>> Row(const Display& display, const Analysis& ana
     for (const double z : analysis.depths_mm) {
       double sum = 0;
       for (std::size_t l = 0; l < beams.size(); ++l) {
-        const double weight = weights.Weight(static_cast<int>(l), static_cast<float>(z));
+        const double weight =
+            static_cast<double>(weights.Weight(static_cast<int>(l), static_cast<float>(z)));
         if (weight == 0) continue;
         sum += weight * form(beams[l], z - display.layers[l].position_mm, frequency);
       }

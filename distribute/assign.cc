@@ -8,8 +8,8 @@
 
 namespace lamella {
 
-LayerWeights::LayerWeights(std::span<const double> positions_mm, double border_mm)
-    : border_mm_(static_cast<float>(border_mm)) {
+LayerWeights::LayerWeights(std::span<const double> positions_mm, double border_mm) {
+  const float per_mm = 1 / static_cast<float>(border_mm);
   for (std::size_t i = 1; i < positions_mm.size(); ++i) {
     const double spacing = positions_mm[i] - positions_mm[i - 1];
     if (!(border_mm >= 0 && border_mm <= spacing)) {
@@ -18,7 +18,8 @@ LayerWeights::LayerWeights(std::span<const double> positions_mm, double border_m
           fmt::format("{:g} mm between layers that are {:g} mm apart", border_mm, spacing),
           "give 0 or more, at most the layers' spacing");
     }
-    borders_.push_back(static_cast<float>((positions_mm[i] + positions_mm[i - 1]) / 2));
+    borders_.push_back({static_cast<float>((positions_mm[i] + positions_mm[i - 1]) / 2),
+                        std::isfinite(per_mm) ? per_mm : 0});
   }
 }
 

@@ -1,6 +1,7 @@
 // Which layer shows a point: the nearest one, with borders that overlap (ranieri2012.md section 6).
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -12,26 +13,39 @@ namespace lamella {
 // to infinity. Weights are a partition of unity; they act on linear light.
 class LayerWeights {
  public:
+  // Between a layer and the next one in front of it.
+  struct Border {
+    float at_mm = 0;
+    float per_mm = 0;  // 1/w; 0: hard
+    // Share of a point at z that lies in front of it; of NaN nothing does.
+    float InFront(float z) const {
+      if (per_mm == 0) return z >= at_mm ? 1.0F : 0.0F;
+      const float t = (z - at_mm) * per_mm + 0.5F;
+      return t > 0 ? (t < 1 ? t : 1.0F) : 0.0F;
+    }
+  };
+
   // `positions_mm` rise; 0 <= border_mm <= their smallest spacing (UsageError).
   LayerWeights(std::span<const double> positions_mm, double border_mm);
 
   int num_layers() const { return static_cast<int>(borders_.size()) + 1; }
+  // Borders behind and in front of a layer; none beyond the outermost ones.
+  const Border* Behind(int layer) const {
+    return layer > 0 ? &borders_[Index(layer - 1)] : nullptr;
+  }
+  const Border* Before(int layer) const {
+    return layer < num_layers() - 1 ? &borders_[Index(layer)] : nullptr;
+  }
   // Weight of a layer for a point at z, mm; -inf and +inf allowed.
-  float Weight(int layer, float z) const { return InFrontOf(layer - 1, z) - InFrontOf(layer, z); }
-
- private:
-  // Share of the point that lies in front of border i (between layers i and i + 1).
-  float InFrontOf(int i, float z) const {
-    if (i < 0) return 1;
-    if (i >= static_cast<int>(borders_.size())) return 0;
-    const float border = borders_[static_cast<std::size_t>(i)];
-    if (border_mm_ == 0) return z >= border ? 1.0F : 0.0F;
-    const float t = (z - border) / border_mm_ + 0.5F;
-    return t > 0 ? (t < 1 ? t : 1.0F) : 0.0F;
+  float Weight(int layer, float z) const {
+    const Border *behind = Behind(layer), *before = Before(layer);
+    return (behind != nullptr ? behind->InFront(z) : 1) -
+           (before != nullptr ? before->InFront(z) : 0);
   }
 
-  std::vector<float> borders_;
-  float border_mm_ = 0;
+ private:
+  static std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+  std::vector<Border> borders_;
 };
 
 }  // namespace lamella

@@ -2,212 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
+#include <utility>
 
 #include "distribute/accumulate.h"
 #include "distribute/assign.h"
-#include "distribute/prefilter.h"
+#include "distribute/emitter_beams.h"
+#include "distribute/nodes.h"
 #include "lightfield/parallel.h"
-#include "lightfield/ray_map.h"
 
 namespace lamella {
 namespace {
 
 // Below this the colour of an emitter, light / coverage, would be rounding noise.
 constexpr float kLeastCoverage = 1e-5F;
-
-Kernel KernelOf(const std::string& name) {
-  return name == "lens" ? Kernel::kLens : name == "ray" ? Kernel::kRay : Kernel::kBeam;
-}
-
-// The lattice on which the scene is asked, and every layer's overlaps with it.
-struct Nodes {
-  bool scatter = false;
-  AimPlane aim;
-  NodeAxis x, y;
-  SampleAxis sample_x, sample_y;
-  std::vector<AxisOverlaps> layers_x, layers_y;
-};
+// Strips are of whole blocks of rows, as the files of emitters are.
+constexpr int kBlockRows = 32;
 
 std::size_t Index(int i) { return static_cast<std::size_t>(i); }
 
-// Nodes every `step` that cover the range, one of them in the middle of an emitter's fan of aims
-// where the period is even as well as where it is odd.
-NodeAxis CoverRange(const AimRange& range, double step, bool even) {
-  const double offset = even ? 0.5 : 0.0;
-  const double first = std::floor(range.min / step - offset + 0.5);
-  const double last = std::floor(range.max / step - offset + 0.5);
-  return {(first + offset) * step, step, static_cast<int>(last - first) + 1};
-}
-
-NodeAxis NodeAxisOf(const std::vector<RayMap>& maps, Axis axis, const AimPlane& aim, double step,
-                    bool even, Kernel kernel) {
-  AimRange all{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const RayMap& map : maps) {
-    const AimRange range = AimsOf(map, axis, aim, kernel);
-    all.min = std::min(all.min, range.min);
-    all.max = std::max(all.max, range.max);
-  }
-  return CoverRange(all, step, even);
-}
-
-Nodes MakeNodes(const Display& display, const std::vector<RayMap>& maps,
-                const LayersOptions& options, double d0_mm, bool even) {
-  Nodes nodes;
-  nodes.scatter = options.scatter;
-  const Kernel kernel = KernelOf(options.kernel);
-  nodes.aim = {display.shear, display.viewing_distance_mm};
-  const double pitch = display.emitter_pitch_mm();
-  const double step =
-      pitch * (display.shear ? display.viewing_distance_mm : 1.0) / d0_mm / options.nodes_per_step;
-  nodes.x = NodeAxisOf(maps, Axis::kColumns, nodes.aim, step, even, kernel);
-  nodes.y = NodeAxisOf(maps, Axis::kRows, nodes.aim, step, even, kernel);
-  const double size = pitch / options.samples_per_pixel;
-  nodes.sample_x = {-display.width_mm() / 2, size};
-  nodes.sample_y = {-display.height_mm() / 2, size};
-  for (const RayMap& map : maps) {
-    const double content = map.position_mm();
-    nodes.layers_x.push_back(
-        OverlapsOf(map, Axis::kColumns, nodes.aim, content, nodes.x, nodes.sample_x, kernel));
-    nodes.layers_y.push_back(
-        OverlapsOf(map, Axis::kRows, nodes.aim, content, nodes.y, nodes.sample_y, kernel));
-  }
-  return nodes;
-}
-
-struct SampleRange {
-  int first = 0, end = 0;
-  int size() const { return end - first; }
-};
-
-// The samples of a node that any layer needs.
-SampleRange SamplesOf(const std::vector<AxisOverlaps>& layers, int node) {
-  SampleRange range{std::numeric_limits<int>::max(), std::numeric_limits<int>::min()};
-  for (const AxisOverlaps& layer : layers) {
-    for (const Overlap& overlap : layer.nodes[Index(node)]) {
-      range.first = std::min(range.first, overlap.first_sample);
-      range.end = std::max(range.end, overlap.first_sample + overlap.num_samples);
-    }
-  }
-  return range.first < range.end ? range : SampleRange{};
-}
-
-int MostSamples(const std::vector<AxisOverlaps>& layers, int nodes) {
-  int most = 0;
-  for (int node = 0; node < nodes; ++node) most = std::max(most, SamplesOf(layers, node).size());
-  return most;
-}
-
-// Room for the samples of any node.
-struct NodeBuffers {
-  explicit NodeBuffers(const Nodes& nodes)
-      : samples(MostSamples(nodes.layers_x, nodes.x.count),
-                MostSamples(nodes.layers_y, nodes.y.count)),
-        light(samples.width(), samples.height()) {}
-  Image<RaySample> samples;
-  Image<Light> light;
-};
-
-// Where within their cells a node's aim and its samples lie, per axis in [-1/2, 1/2): 0 on the
-// lattice, else the node's point of the additive sequence in four dimensions whose steps are powers
-// of 1/1.1673, the root of x^5 = x + 1 (Roberts 2018, "The unreasonable effectiveness of
-// quasirandom sequences"). Cells keep their weights, so that the mean over the nodes stays
-// unbiased.
-struct Scatter {
-  double aim_x = 0, aim_y = 0, sample_x = 0, sample_y = 0;
-};
-
-Scatter ScatterOf(const Nodes& nodes, int node_x, int node_y) {
-  if (!nodes.scatter) return {};
-  constexpr double kRoot = 1.1673039782614187;
-  const double n = node_y * static_cast<double>(nodes.x.count) + node_x + 1;
-  double step = 1;
-  const auto next = [&] {
-    step /= kRoot;
-    const double point = n * step;
-    return point - std::floor(point) - 0.5;
-  };
-  Scatter scatter;
-  scatter.aim_x = next();
-  scatter.aim_y = next();
-  scatter.sample_x = next();
-  scatter.sample_y = next();
-  return scatter;
-}
-
-// The rays of a node through the samples of z = 0.
-RayBundle BundleOf(const Nodes& nodes, int node_x, int node_y, const SampleRange& x,
-                   const SampleRange& y) {
-  RayBundle bundle;
-  const Scatter scatter = ScatterOf(nodes, node_x, node_y);
-  const double aim_x = nodes.x.Centre(node_x) + scatter.aim_x * nodes.x.step;
-  const double aim_y = -(nodes.y.Centre(node_y) + scatter.aim_y * nodes.y.step);
-  if (nodes.aim.points) {
-    bundle.centre = {aim_x, aim_y, nodes.aim.distance_mm, 1};
-  } else {
-    bundle.centre = {aim_x, aim_y, 1, 0};
-  }
-  bundle.origin = {
-      nodes.sample_x.origin_mm + (x.first + scatter.sample_x) * nodes.sample_x.size_mm,
-      -(nodes.sample_y.origin_mm + (y.first + scatter.sample_y) * nodes.sample_y.size_mm), 0};
-  bundle.dx = {nodes.sample_x.size_mm, 0, 0};
-  bundle.dy = {0, -nodes.sample_y.size_mm, 0};
-  bundle.width = x.size();
-  bundle.height = y.size();
-  return bundle;
-}
-
-// What a layer shows of the samples: their light by its weight, black where another layer shows
-// them (a shadow), and nothing where nothing is known.
-void WeightSamples(ImageSpan<const RaySample> samples, const LayerWeights& weights, int layer,
-                   ImageSpan<Light> out) {
-  ParallelFor(0, samples.height, 32, [&](std::int64_t first, std::int64_t last) {
-    for (int y = static_cast<int>(first); y < last; ++y) {
-      for (int x = 0; x < samples.width; ++x) {
-        const RaySample& sample = samples(x, y);
-        const float light = sample.color.r + sample.color.g + sample.color.b;
-        if (!(sample.coverage > 0 && std::isfinite(light))) {
-          out(x, y) = Light();
-          continue;
-        }
-        const float scale = weights.Weight(layer, sample.z) * sample.coverage;
-        out(x, y) = {scale * sample.color.r, scale * sample.color.g, scale * sample.color.b,
-                     sample.coverage};
-      }
-    }
-  });
-}
-
-EmitterImage Normalised(Image<Light> sums) {
-  EmitterImage image{Image<Rgb>(sums.width(), sums.height()),
-                     Image<float>(sums.width(), sums.height())};
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    const Light& sum = sums.data()[i];
-    if (sum.coverage < kLeastCoverage) continue;
-    const float scale = 1 / sum.coverage;
-    image.color.data()[i] = {scale * sum.r, scale * sum.g, scale * sum.b};
-    image.coverage.data()[i] = std::min(sum.coverage, 1.0F);
-  }
-  return image;
-}
-
-// Layers of one gap share their nodes.
-struct LayerGroup {
-  std::vector<int> layers;
-  std::vector<RayMap> maps;
-};
-
-std::vector<LayerGroup> GroupLayers(const Display& display) {
-  std::map<double, LayerGroup> by_gap;
-  for (int layer = 0; layer < static_cast<int>(display.layers.size()); ++layer) {
-    LayerGroup& group = by_gap[display.layers[Index(layer)].d0_mm];
-    group.layers.push_back(layer);
-    group.maps.emplace_back(display, layer);
-  }
-  std::vector<LayerGroup> groups;
-  for (auto& [gap, group] : by_gap) groups.push_back(std::move(group));
-  return groups;
+Kernel KernelOf(const std::string& name) {
+  return name == "lens" ? Kernel::kLens : name == "ray" ? Kernel::kRay : Kernel::kBeam;
 }
 
 LayerWeights WeightsOf(const Display& display, const LayersOptions& options) {
@@ -217,120 +31,351 @@ LayerWeights WeightsOf(const Display& display, const LayersOptions& options) {
   return {positions, options.border_mm.value_or(display.border_mm)};
 }
 
+std::vector<LayerBeams> EnclosingBeams(const Display& display, const LayersOptions& options) {
+  const Directions directions =
+      options.directions == "ideal" ? Directions::kIdeal : Directions::kTrue;
+  std::vector<LayerBeams> beams(display.layers.size());
+  ParallelForEach(0, static_cast<std::int64_t>(beams.size()), [&](std::int64_t layer) {
+    beams[static_cast<std::size_t>(layer)] =
+        EnclosingBeamsOf(display, static_cast<int>(layer), directions);
+  });
+  return beams;
+}
+
+// Rows of emitters that are worked on at a time.
+struct Strip {
+  int first_row = 0, end_row = 0;
+  int rows() const { return end_row - first_row; }
+};
+
+// Bytes that a row of emitters takes in all layers while their light is summed up.
+double BytesPerRow(const Display& display) {
+  constexpr double kBeamBytes = 256;  // of an emitter's beam and its overlaps
+  double bytes = 0;
+  for (const Layer& layer : display.layers) {
+    const double k = SlotsPerAxis(layer), columns = EmitterColumns(display, layer);
+    bytes += columns * (k * k * sizeof(Light) + (HasRowFamilies(layer) ? kBeamBytes : 0));
+  }
+  return bytes;
+}
+
+constexpr double kGib = 1073741824;
+
+// A quarter of the memory is for nodes' samples, half is left to the scene.
+int BatchOf(const NodeLattice& nodes, const Strip& strip, const LayersOptions& options) {
+  constexpr int kMost = 8;  // neighbours that share emitters
+  int width = 1;
+  for (const SampleRange& range : nodes.samples_x) width = std::max(width, range.size());
+  const double rows = static_cast<double>(strip.rows()) * options.samples_per_pixel;
+  const double fitting = options.memory_gib / 4 * kGib / (sizeof(RaySample) * rows * width);
+  return static_cast<int>(std::clamp(fitting, 1.0, double{kMost}));
+}
+
+std::vector<Strip> StripsOf(const Display& display, double memory_gib) {
+  const double fitting = memory_gib / 4 * kGib / BytesPerRow(display);
+  const int rows = display.emitter_rows();
+  int step = rows;
+  if (fitting < rows) step = std::max(1, static_cast<int>(fitting) / kBlockRows) * kBlockRows;
+  std::vector<Strip> strips;
+  for (int row = 0; row < rows; row += step) strips.push_back({row, std::min(row + step, rows)});
+  return strips;
+}
+
+// places[column]: of the column in a row of sums.
+using ColumnPlaces = std::vector<int>;
+
+// Puts columns that one node adds to beside each other, by their first node: sums are too many for
+// the cache, and on the panel a node's emitters lie a period apart. By slot; the overlaps then name
+// places instead of columns.
+std::vector<ColumnPlaces> SortColumnsByNode(int slots, int columns, std::vector<AxisOverlaps>& x) {
+  std::vector<ColumnPlaces> places(Index(slots), ColumnPlaces(Index(columns), -1));
+  std::vector<int> next(Index(slots), 0);
+  for (std::size_t node = 0; node < x.at(0).nodes.size(); ++node) {
+    for (AxisOverlaps& family : x) {
+      for (Overlap& overlap : family.nodes[node]) {
+        int& place = places[Index(overlap.slot)][Index(overlap.emitter)];
+        if (place < 0) place = next[Index(overlap.slot)]++;
+        overlap.emitter = place;
+      }
+    }
+  }
+  for (AxisOverlaps& family : x) {
+    for (std::vector<Overlap>& node : family.nodes) {
+      std::sort(node.begin(), node.end(), [](const Overlap& a, const Overlap& b) {
+        return std::pair(a.slot, a.emitter) < std::pair(b.slot, b.emitter);
+      });
+    }
+  }
+  for (std::size_t slot = 0; slot < places.size(); ++slot) {
+    for (int& place : places[slot]) {
+      if (place < 0) place = next[slot]++;  // dark
+    }
+  }
+  return places;
+}
+
+EmitterImage Normalised(const Image<Light>& sums, const ColumnPlaces& places) {
+  EmitterImage image{Image<Rgb>(sums.width(), sums.height()),
+                     Image<float>(sums.width(), sums.height())};
+  for (int y = 0; y < sums.height(); ++y) {
+    for (int x = 0; x < sums.width(); ++x) {
+      const Light& sum = sums(places[Index(x)], y);
+      if (sum.coverage < kLeastCoverage) continue;
+      const float scale = 1 / sum.coverage;
+      image.color(x, y) = {scale * sum.r, scale * sum.g, scale * sum.b};
+      image.coverage(x, y) = std::min(sum.coverage, 1.0F);
+    }
+  }
+  return image;
+}
+
+// Pixels from their three sub-pixels, of which each shows its own channel.
+EmitterImage Joined(const EmitterImage& subpixels) {
+  const int columns = subpixels.color.width() / 3, rows = subpixels.color.height();
+  EmitterImage image{Image<Rgb>(columns, rows), Image<float>(columns, rows)};
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const Rgb* color = subpixels.color.row(y) + 3 * x;
+      const float* coverage = subpixels.coverage.row(y) + 3 * x;
+      image.color(x, y) = {color[0].r, color[1].g, color[2].b};
+      image.coverage(x, y) = (coverage[0] + coverage[1] + coverage[2]) / 3;
+    }
+  }
+  return image;
+}
+
+// Rays and the coverage that they have in all.
+struct SeenRays {
+  double rays = 0, seen = 0;
+  double Share() const { return rays > 0 ? seen / rays : 0; }
+  void Add(const SeenRays& more) {
+    rays += more.rays;
+    seen += more.seen;
+  }
+};
+
+bool PassesWithin(const AxisBeam& beam, double layer_mm, double size_mm) {
+  return std::abs(beam.At(-layer_mm)) <= size_mm / 2;
+}
+
+// Of the emitters of a slot that have a ray through the picture.
+SeenRays CountSeen(const LayerBeams& beams, double layer_mm, const EmitterRows& rows, int k,
+                   const PictureSize& picture) {
+  const Image<float>& coverage = rows.emitters.coverage;
+  std::vector<std::vector<int>> columns(beams.columns.size());
+  for (std::size_t family = 0; family < columns.size(); ++family) {
+    for (const EmitterBeam& column : beams.columns[family]) {
+      if (column.slot != rows.slot % k) continue;
+      if (!PassesWithin(column.beam, layer_mm, picture.width_mm)) continue;
+      columns[family].push_back(column.emitter);
+    }
+  }
+  SeenRays count;
+  for (const EmitterBeam& row : beams.rows) {
+    if (row.slot != rows.slot / k) continue;
+    if (!PassesWithin(row.beam, layer_mm, picture.height_mm)) continue;
+    const float* of_row = coverage.row(row.emitter - rows.first_row);
+    for (const int column : columns[Index(row.family)]) {
+      count.seen += static_cast<double>(of_row[column]);
+    }
+    count.rays += static_cast<double>(columns[Index(row.family)].size());
+  }
+  return count;
+}
+
 class Distributor {
  public:
   Distributor(const RaySource& source, const Display& display, const LayersOptions& options)
-      : source_(source), display_(display), weights_(WeightsOf(display, options)) {
-    for (LayerGroup& group : GroupLayers(display)) {
-      const Layer& first = display.layers[Index(group.layers[0])];
-      nodes_.push_back(MakeNodes(display, group.maps, options, first.d0_mm,
-                                 BarrierOf(display, Index(group.layers[0])).period_px % 2 == 0));
-      groups_.push_back(std::move(group));
-    }
+      : source_(source),
+        display_(display),
+        kernel_(KernelOf(options.kernel)),
+        weights_(WeightsOf(display, options)),
+        beams_(EnclosingBeams(display, options)),
+        nodes_(
+            NodesFor(display, beams_, options.nodes_per_step, options.samples_per_pixel, kernel_)),
+        strips_(StripsOf(display, options.memory_gib)),
+        batch_(BatchOf(nodes_, strips_[0], options)),
+        samples_(Index(batch_)),
+        layers_(display.layers.size()),
+        sums_(display.layers.size()) {
+    nodes_.scatter = options.scatter;
   }
 
-  std::vector<std::vector<EmitterImage>> Run(Progress& progress) {
-    std::int64_t total = 0;
-    for (const Nodes& nodes : nodes_) total += std::int64_t{nodes.x.count} * nodes.y.count;
-    progress.Start("layers", total, "nodes");
-    std::vector<std::vector<EmitterImage>> images(display_.layers.size());
-    for (std::size_t g = 0; g < groups_.size(); ++g)
-      RunGroup(groups_[g], nodes_[g], progress, images);
-    return images;
+  SeenShares Run(const PictureSize& picture, const TakeEmitterRows& take, Progress& progress) {
+    progress.Start("layers",
+                   static_cast<std::int64_t>(strips_.size()) * nodes_.x.count * nodes_.y.count,
+                   "nodes");
+    for (const Strip& strip : strips_) RunStrip(strip, picture, take, progress);
+    return {all_.Share(), in_picture_.Share()};
   }
 
  private:
-  EmitterSums MakeSums(int layer) const {
-    const int k = SlotsPerAxis(display_.layers[Index(layer)]);
-    EmitterSums sums{k, {}};
-    for (int slot = 0; slot < k * k; ++slot) {
-      sums.slots.emplace_back(display_.emitter_columns(), display_.emitter_rows());
+  // What a layer's sums are made of; of those without row families only the rows change.
+  struct LayerStrip {
+    LayerBeams beams;
+    std::vector<ColumnPlaces> places;  // by slot along x
+  };
+
+  // Beams and the nodes' rays that stand for them cross in the layer.
+  void BeginColumns(int index, LayerStrip& strip, LayerSums& layer) const {
+    const double z = display_.layers[Index(index)].position_mm;
+    layer.overlaps.x.clear();
+    for (const auto& family : strip.beams.columns) {
+      layer.overlaps.x.push_back(
+          OverlapsOf(family, z, nodes_.aim, z, nodes_.x, nodes_.sample_x, kernel_));
     }
-    return sums;
+    strip.places = SortColumnsByNode(SlotsPerAxis(display_.layers[Index(index)]),
+                                     EmitterColumns(display_, display_.layers[Index(index)]),
+                                     layer.overlaps.x);
   }
 
-  void RunGroup(const LayerGroup& group, const Nodes& nodes, Progress& progress,
-                std::vector<std::vector<EmitterImage>>& images) const {
-    std::vector<EmitterSums> sums;
-    for (const int layer : group.layers) sums.push_back(MakeSums(layer));
-    NodeBuffers buffers(nodes);
-    for (int node_y = 0; node_y < nodes.y.count; ++node_y) {
-      for (int node_x = 0; node_x < nodes.x.count; ++node_x) {
-        AddNode(group, nodes, node_x, node_y, buffers, sums);
-        progress.Advance();
+  void Begin(const Strip& rows, int index, LayerStrip& strip, LayerSums& sums) const {
+    const Layer& layer = display_.layers[Index(index)];
+    if (HasRowFamilies(layer)) {
+      strip.beams = BeamsOf(display_, index, rows.first_row, rows.end_row);
+      BeginColumns(index, strip, sums);
+    } else {
+      if (strip.places.empty()) {
+        strip.beams.columns = beams_[Index(index)].columns;
+        BeginColumns(index, strip, sums);
+      }
+      strip.beams.rows.clear();
+      for (const EmitterBeam& row : beams_[Index(index)].rows) {
+        if (row.emitter >= rows.first_row && row.emitter < rows.end_row)
+          strip.beams.rows.push_back(row);
       }
     }
-    for (std::size_t i = 0; i < group.layers.size(); ++i) {
-      for (Image<Light>& slot : sums[i].slots) {
-        images[Index(group.layers[i])].push_back(Normalised(std::move(slot)));
+    const double z = layer.position_mm;
+    sums.overlaps.y =
+        OverlapsOf(strip.beams.rows, z, nodes_.aim, z, nodes_.y, nodes_.sample_y, kernel_);
+    BeginSums(rows, layer, sums.sums);
+  }
+
+  // Of zeros, in the memory of the strip before.
+  void BeginSums(const Strip& rows, const Layer& layer, EmitterSums& sums) const {
+    const int k = SlotsPerAxis(layer), columns = EmitterColumns(display_, layer);
+    sums.slots_per_axis = k;
+    sums.first_row = rows.first_row;
+    sums.slots.resize(Index(k * k));
+    for (Image<Light>& slot : sums.slots) {
+      if (slot.height() == rows.rows()) {
+        std::fill_n(slot.data(), slot.size(), Light());
+      } else {
+        slot = Image<Light>(columns, rows.rows());
       }
     }
   }
 
-  void AddNode(const LayerGroup& group, const Nodes& nodes, int node_x, int node_y,
-               NodeBuffers& buffers, std::vector<EmitterSums>& sums) const {
-    const SampleRange x = SamplesOf(nodes.layers_x, node_x), y = SamplesOf(nodes.layers_y, node_y);
-    if (x.size() == 0 || y.size() == 0) return;
-    const RayBundle bundle = BundleOf(nodes, node_x, node_y, x, y);
-    const Rect all{0, 0, bundle.width, bundle.height};
-    const ImageSpan<RaySample> samples = buffers.samples.span().Sub(all);
-    const ImageSpan<Light> light = buffers.light.span().Sub(all);
-    source_.Query(bundle, all, samples);
-    for (std::size_t i = 0; i < group.layers.size(); ++i) {
-      WeightSamples(samples, weights_, group.layers[i], light);
-      Accumulate(light, x.first, y.first, nodes.layers_x[i], node_x, nodes.layers_y[i], node_y,
-                 sums[i]);
+  void RunStrip(const Strip& strip, const PictureSize& picture, const TakeEmitterRows& take,
+                Progress& progress) {
+    ParallelForEach(0, static_cast<std::int64_t>(layers_.size()), [&](std::int64_t layer) {
+      const std::size_t l = static_cast<std::size_t>(layer);
+      Begin(strip, static_cast<int>(layer), layers_[l], sums_[l]);
+    });
+    std::vector<const AxisOverlaps*> rows;
+    for (const LayerSums& layer : sums_) rows.push_back(&layer.overlaps.y);
+    MakeRoom(rows);
+    for (int node_y = 0; node_y < nodes_.y.count; ++node_y) {
+      const SampleRange y = SamplesOf(rows, node_y);
+      for (int node_x = 0; node_x < nodes_.x.count; node_x += batch_) {
+        AddNodes(node_x, std::min(node_x + batch_, nodes_.x.count), node_y, y);
+        progress.Advance(std::min(batch_, nodes_.x.count - node_x));
+      }
     }
+    for (int layer = 0; layer < static_cast<int>(layers_.size()); ++layer) {
+      Finish(layer, picture, take);
+    }
+  }
+
+  // For a batch of any nodes.
+  void MakeRoom(const std::vector<const AxisOverlaps*>& rows) {
+    int width = 0, height = 0;
+    for (const SampleRange& x : nodes_.samples_x) width = std::max(width, x.size());
+    for (int node = 0; node < nodes_.y.count; ++node) {
+      height = std::max(height, SamplesOf(rows, node).size());
+    }
+    for (Image<RaySample>& room : samples_) {
+      if (room.width() < width || room.height() < height) room = Image<RaySample>(width, height);
+    }
+  }
+
+  // Asks the source once for all layers and slots.
+  NodeSamples Ask(int node_x, int node_y, const SampleRange& y, Image<RaySample>& room) const {
+    const RayBundle bundle = RaysOfNode(nodes_, node_x, node_y);
+    const Rect rays{0, y.first - nodes_.samples_y[Index(node_y)].first, bundle.width, y.size()};
+    const ImageSpan<RaySample> samples = room.span().Sub({0, 0, rays.width, rays.height});
+    source_.Query(bundle, rays, samples);
+    return {node_x, nodes_.samples_x[Index(node_x)].first, y.first, samples};
+  }
+
+  // Nodes [first_x, end_x) of a row of nodes.
+  void AddNodes(int first_x, int end_x, int node_y, const SampleRange& y) {
+    if (y.size() == 0) return;
+    std::vector<NodeSamples> nodes;
+    for (int node_x = first_x; node_x < end_x; ++node_x) {
+      if (nodes_.samples_x[Index(node_x)].size() == 0) continue;
+      nodes.push_back(Ask(node_x, node_y, y, samples_[Index(node_x - first_x)]));
+    }
+    Accumulate(nodes, node_y, weights_, sums_);
+  }
+
+  void Finish(int layer, const PictureSize& picture, const TakeEmitterRows& take) {
+    const LayerStrip& strip = layers_[Index(layer)];
+    EmitterSums& sums = sums_[Index(layer)].sums;
+    const bool subpixels =
+        EmitterColumns(display_, display_.layers[Index(layer)]) != display_.emitter_columns();
+    const double z = display_.layers[Index(layer)].position_mm;
+    const int k = sums.slots_per_axis;
+    std::vector<SeenRays> all(sums.slots.size()), in_picture(all.size());
+    ParallelForEach(0, static_cast<std::int64_t>(all.size()), [&](std::int64_t s) {
+      const std::size_t slot = static_cast<std::size_t>(s);
+      EmitterRows rows{layer, static_cast<int>(s), sums.first_row,
+                       Normalised(sums.slots[slot], strip.places[slot % Index(k)])};
+      if (strips_.size() == 1) sums.slots[slot] = {};
+      all[slot] = CountSeen(strip.beams, z, rows, k, {});
+      in_picture[slot] = CountSeen(strip.beams, z, rows, k, picture);
+      if (subpixels) rows.emitters = Joined(rows.emitters);
+      take(std::move(rows));
+    });
+    for (const SeenRays& some : all) all_.Add(some);
+    for (const SeenRays& some : in_picture) in_picture_.Add(some);
   }
 
   const RaySource& source_;
   const Display& display_;
+  const Kernel kernel_;
   const LayerWeights weights_;
-  std::vector<LayerGroup> groups_;
-  std::vector<Nodes> nodes_;
+  const std::vector<LayerBeams> beams_;
+  NodeLattice nodes_;
+  const std::vector<Strip> strips_;
+  const int batch_;                        // nodes that are added at a time
+  std::vector<Image<RaySample>> samples_;  // room for each of them
+  std::vector<LayerStrip> layers_;
+  std::vector<LayerSums> sums_;
+  SeenRays all_, in_picture_;
 };
-
-// Indices whose beam's centre passes within half_mm of the axis on z = 0; none for missed emitters.
-std::vector<int> BeamsWithin(const RayMap& map, Axis axis, int slot, double half_mm) {
-  std::vector<int> indices;
-  const int count = axis == Axis::kColumns ? map.columns() : map.rows();
-  for (int index = 0; index < count; ++index) {
-    const std::optional<AxisBeam> beam =
-        axis == Axis::kColumns ? map.Column(slot, index) : map.Row(slot, index);
-    if (beam && std::abs(beam->At(-map.position_mm())) <= half_mm) indices.push_back(index);
-  }
-  return indices;
-}
 
 }  // namespace
 
-LayerImages Distribute(const RaySource& source, const Display& display,
-                       const LayersOptions& options, Progress& progress) {
+SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,
+                      const PictureSize& picture, const TakeEmitterRows& take, Progress& progress) {
   Check(display, display.name);
-  RequireBarriers(display);
-  LayerImages images;
-  images.slots = Distributor(source, display, options).Run(progress);
-  images.seen_share = SeenShare(images, display, std::numeric_limits<double>::infinity(),
-                                std::numeric_limits<double>::infinity());
-  return images;
+  return Distributor(source, display, options).Run(picture, take, progress);
 }
 
-double SeenShare(const LayerImages& images, const Display& display, double width_mm,
-                 double height_mm) {
-  double seen = 0, rays = 0;
-  for (std::size_t layer = 0; layer < images.slots.size(); ++layer) {
-    const RayMap map(display, static_cast<int>(layer));
-    for (int slot = 0; slot < static_cast<int>(images.slots[layer].size()); ++slot) {
-      const int k = map.slots_per_axis();
-      const std::vector<int> columns = BeamsWithin(map, Axis::kColumns, slot % k, width_mm / 2);
-      const Image<float>& coverage = images.slots[layer][Index(slot)].coverage;
-      for (const int row : BeamsWithin(map, Axis::kRows, slot / k, height_mm / 2)) {
-        for (const int column : columns) seen += static_cast<double>(coverage(column, row));
-        rays += static_cast<double>(columns.size());
-      }
-    }
+LayerImages Distribute(const RaySource& source, const Display& display,
+                       const LayersOptions& options, Progress& progress) {
+  LayersOptions at_once = options;
+  at_once.memory_gib = std::numeric_limits<double>::infinity();
+  LayerImages images;
+  for (const Layer& layer : display.layers) {
+    images.slots.emplace_back(Index(SlotsPerAxis(layer) * SlotsPerAxis(layer)));
   }
-  return rays > 0 ? seen / rays : 0;
+  const TakeEmitterRows take = [&](EmitterRows rows) {
+    images.slots[Index(rows.layer)][Index(rows.slot)] = std::move(rows.emitters);
+  };
+  images.seen_share = Distribute(source, display, at_once, {}, take, progress).of_all;
+  return images;
 }
 
 OptionTable Describe(LayersOptions& options) {
@@ -364,6 +409,13 @@ OptionTable Describe(LayersOptions& options) {
         {},
         {},
         {"beam", "lens", "ray"}},
+       {"directions",
+        "of a window that is sheared to the viewer: true (rounded to whole emitters) or ideal (the "
+        "paper's, not rounded: the picture jumps where the rounding steps)",
+        &options.directions,
+        {},
+        {},
+        {"true", "ideal"}},
        {"scatter", "scatter directions and rays within their cells (low discrepancy)",
         &options.scatter},
        {"border_mm",
@@ -379,7 +431,14 @@ OptionTable Describe(LayersOptions& options) {
         -1e6,
         1e6,
         {},
-        "--border-offset-mm"}}};
+        "--border-offset-mm"},
+       {"memory_gib",
+        "emitters are made in strips that fit into this much memory, GiB",
+        &options.memory_gib,
+        0.1,
+        1e4,
+        {},
+        "--memory"}}};
   for (OptionField& field : Describe(options.placement)) table.fields.push_back(std::move(field));
   return table;
 }

@@ -6,6 +6,9 @@
 //     overlap of their beams with the node's cell
 #pragma once
 
+#include <functional>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,11 +24,13 @@ namespace lamella {
 struct LayersOptions {
   std::string display = "paper-two-layer";  // a preset's name or a file
   PlacementOptions placement;
-  int nodes_per_step = 1;       // nodes of the eye plane (or slopes) per emitter step and axis
-  int samples_per_pixel = 1;    // rays per emitter pitch and axis in a node's bundle
-  std::string kernel = "beam";  // prefilter: beam, lens or ray (distribute/prefilter.h)
+  int nodes_per_step = 1;           // nodes of the eye plane (or slopes) per emitter step and axis
+  int samples_per_pixel = 1;        // rays per emitter pitch and axis in a node's bundle
+  std::string kernel = "beam";      // prefilter: beam, lens or ray (distribute/prefilter.h)
+  std::string directions = "true";  // or "ideal" (distribute/emitter_beams.h)
   bool scatter = false;  // nodes and samples within their cells by a low-discrepancy sequence
   std::optional<double> border_mm, border_offset_mm;  // default: the display's
+  double memory_gib = 4;  // what is above it is done strip by strip; changes no value
 };
 OptionTable Describe(LayersOptions& options);
 void ApplyQuality(Quality quality, LayersOptions& options);
@@ -43,12 +48,31 @@ struct LayerImages {
   double seen_share = 0;  // of all display rays, weighted by footprint
 };
 
-// The mean coverage of the rays that pass a rectangle in the middle of z = 0, over all emitters
-// that have a ray (all rays have one footprint).
-double SeenShare(const LayerImages& images, const Display& display, double width_mm,
-                 double height_mm);
+// Whole rows of a slot's emitters, from first_row on.
+struct EmitterRows {
+  int layer = 0, slot = 0, first_row = 0;
+  EmitterImage emitters;
+};
+// Is called from several threads; for one slot in the order of rows.
+using TakeEmitterRows = std::function<void(EmitterRows)>;
 
-// `source` is placed: it answers in the display's frame.
+// The mean coverage of the display's rays: of all, and of those that pass the picture (all rays
+// have one footprint).
+struct SeenShares {
+  double of_all = 0, of_picture = 0;
+};
+// A rectangle in the middle of z = 0.
+struct PictureSize {
+  double width_mm = std::numeric_limits<double>::infinity();
+  double height_mm = std::numeric_limits<double>::infinity();
+};
+
+// Any optics; of a lenticular sheet each channel of a pixel is an emitter of its own, and their
+// mean coverage the pixel's. `source` is placed: it answers in the display's frame. The emitters
+// are given away strip by strip, so that they need not fit into memory.
+SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,
+                      const PictureSize& picture, const TakeEmitterRows& take, Progress& progress);
+// All of them at once.
 LayerImages Distribute(const RaySource& source, const Display& display,
                        const LayersOptions& options, Progress& progress);
 

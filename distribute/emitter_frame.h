@@ -9,9 +9,10 @@
 
 namespace lamella {
 
-// Of the panel's size. Unknown emitters and guard pixels are black. A lenticular's channels stay in
-// their pixel: they are the stripes that it stands on, and a panel seen by reflection has them in
-// reverse. Not darkened by the number of layers: the optics that superpose them do that.
+// As wide as the panel; of all rows of emitters or some. Emitters without coverage (unknown ones,
+// and guard pixels, which have no ray) are black. A lenticular's channels stay in their pixel: they
+// are the stripes that it stands on, and a panel seen by reflection has them in reverse. Not
+// darkened by the number of layers: the optics that superpose them do that.
 Image<Rgb8> EmitterFrame(const EmitterImage& emitters, const Display& display, int layer,
                          const PanelResponse& response);
 

@@ -14,8 +14,10 @@ namespace lamella {
 // (t mod k, (t + floor(t/k)) mod k). Any k consecutive ones touch every row and column of slots.
 std::vector<int> SlotOrder(int slots_per_axis);
 
-// Of the panel's size and as final as the emitters' frame: 255 where the modulator is open, 0
-// elsewhere. UsageError where the layer has no barrier.
-Image<std::uint8_t> ModulatorFrame(const Display& display, int layer, int slot);
+// As final as the emitters' frame: 255 where the modulator is open, 0 elsewhere; of the rows of
+// elements [first_row, end_row). UsageError where the layer has no barrier.
+Image<std::uint8_t> ModulatorFrame(const Display& display, int layer, int slot, int first_row,
+                                   int end_row);
+Image<std::uint8_t> ModulatorFrame(const Display& display, int layer, int slot);  // of all rows
 
 }  // namespace lamella

@@ -121,7 +121,7 @@ BitOrder BitOrderOf(std::string_view name) {
 }
 
 Image<std::uint32_t> PanelBits(const Image<std::uint32_t>& emitters, const Display& display) {
-  return PanelFromEmitters<std::uint32_t>(display, display.layers.at(0),
+  return PanelFromEmitters<std::uint32_t>(display, display.layers.at(0), emitters.height(),
                                           [&](int x, int y) { return emitters(x, y); });
 }
 

@@ -9,12 +9,14 @@
 
 namespace lamella {
 
-// pixel_of(x, y) of emitter column x and row y; the picture is of the panel's size.
+// pixel_of(x, y) of emitter column x and row y, of `rows` rows; the picture is as wide as the
+// panel.
 template <class Pixel, class PixelOf>
-Image<Pixel> PanelFromEmitters(const Display& display, const Layer& layer, PixelOf pixel_of) {
-  Image<Pixel> panel(display.width_px, display.height_px);
+Image<Pixel> PanelFromEmitters(const Display& display, const Layer& layer, int rows,
+                               PixelOf pixel_of) {
   const int binning = display.binning_px;
-  for (int y = 0; y < display.height_px; ++y) {
+  Image<Pixel> panel(display.width_px, rows * binning);
+  for (int y = 0; y < panel.height(); ++y) {
     Pixel* row = panel.row(y);
     if (y % binning != 0) {
       std::copy_n(panel.row(y - 1), display.width_px, row);

@@ -72,22 +72,8 @@ Interval IntervalOf(const Polygon& polygon, Value value) {
   return interval;
 }
 
-// In the direction of rising indices: rows run downwards, against y.
-std::optional<AxisBeam> BeamOf(const RayMap& map, Axis axis, int slot, int index) {
-  if (axis == Axis::kColumns) return map.Column(slot, index);
-  std::optional<AxisBeam> beam = map.Row(slot, index);
-  if (beam) {
-    beam->element_mm = -beam->element_mm;
-    beam->emitter_mm = -beam->emitter_mm;
-  }
-  return beam;
-}
-
-int EmittersOf(const RayMap& map, Axis axis) {
-  return axis == Axis::kColumns ? map.columns() : map.rows();
-}
-
-// What remains of a beam's widths where its central line alone is meant: an area to divide by.
+// What remains of a beam's widths where its central line alone is meant, and of an emitter that has
+// no width of its own: an area to divide by.
 constexpr double kRayWidth = 1e-6;
 
 // All lines of the beam: position on the plane z = content_mm, aim.
@@ -95,12 +81,15 @@ Polygon PolygonOf(const AxisBeam& beam, double layer_mm, double content_mm, cons
                   Kernel kernel) {
   Polygon polygon;
   const double width = kernel == Kernel::kRay ? kRayWidth : 1;
+  // Of the place in the element, the share by which the slope goes with it: kappa d0, 1 of a hole.
+  const double spread = kernel == Kernel::kBeam ? beam.kappa_per_mm() * beam.d0_mm : 0;
+  const double emitter_width = std::max(beam.emitter_width_mm, kRayWidth * beam.aperture_mm);
   constexpr std::array<std::array<double, 2>, 4> kCorners = {
       {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}};
   for (const auto& [a, b] : kCorners) {
-    const double element = beam.element_mm + width * a * beam.aperture_mm;
-    const double from = kernel == Kernel::kBeam ? element : beam.element_mm;
-    const double slope = (from - beam.emitter_mm - width * b * beam.emitter_width_mm) / beam.d0_mm;
+    const double offset = width * a * beam.aperture_mm;
+    const double element = beam.element_mm + offset;
+    const double slope = beam.slope() + (spread * offset - width * b * emitter_width) / beam.d0_mm;
     polygon.Add({element + slope * (content_mm - layer_mm),
                  aim.points ? element + slope * (aim.distance_mm - layer_mm) : slope});
   }
@@ -118,13 +107,14 @@ void MoveToReference(Polygon& polygon, const AimPlane& aim, double content_mm, d
 }
 
 // Appends the overlap of a beam's part with the samples; nothing where it has no area.
-void AddOverlap(const Polygon& part, double beam_area, const SampleAxis& samples, int slot,
-                int emitter, AxisOverlaps& overlaps, std::vector<Overlap>& node) {
+void AddOverlap(const Polygon& part, double beam_area, const SampleAxis& samples,
+                const EmitterBeam& beam, AxisOverlaps& overlaps, std::vector<Overlap>& node) {
   const Interval span = IntervalOf(part, [](const Point& p) { return p.position; });
   const auto sample_of = [&](double position) {
     return static_cast<int>(std::floor((position - samples.origin_mm) / samples.size_mm));
   };
-  Overlap overlap{slot, emitter, sample_of(span.min), 0, overlaps.weights.size()};
+  Overlap overlap{beam.slot, beam.emitter,           beam.family, sample_of(span.min),
+                  0,         overlaps.weights.size()};
   const int last = sample_of(span.max);
   // Corners that left their strip by rounding must not make a sample of no weight.
   constexpr double kNegligible = 1e-9;
@@ -147,46 +137,40 @@ void AddOverlap(const Polygon& part, double beam_area, const SampleAxis& samples
 
 }  // namespace
 
-AimRange AimsOf(const RayMap& map, Axis axis, const AimPlane& aim, Kernel kernel) {
+AimRange AimsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPlane& aim,
+                Kernel kernel) {
   Interval all;
-  for (int slot = 0; slot < map.slots_per_axis(); ++slot) {
-    for (int index = 0; index < EmittersOf(map, axis); ++index) {
-      const std::optional<AxisBeam> beam = BeamOf(map, axis, slot, index);
-      if (!beam) continue;
-      const Polygon polygon = PolygonOf(*beam, map.position_mm(), map.position_mm(), aim, kernel);
-      const Interval aims = IntervalOf(polygon, [](const Point& p) { return p.aim; });
-      all.min = std::min(all.min, aims.min);
-      all.max = std::max(all.max, aims.max);
-    }
+  for (const EmitterBeam& emitter : beams) {
+    const Polygon polygon = PolygonOf(emitter.beam, layer_mm, layer_mm, aim, kernel);
+    const Interval aims = IntervalOf(polygon, [](const Point& p) { return p.aim; });
+    all.min = std::min(all.min, aims.min);
+    all.max = std::max(all.max, aims.max);
   }
   return {all.min, all.max};
 }
 
-AxisOverlaps OverlapsOf(const RayMap& map, Axis axis, const AimPlane& aim, double content_mm,
-                        const NodeAxis& nodes, const SampleAxis& samples, Kernel kernel) {
+AxisOverlaps OverlapsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPlane& aim,
+                        double content_mm, const NodeAxis& nodes, const SampleAxis& samples,
+                        Kernel kernel) {
   AxisOverlaps overlaps;
   overlaps.nodes.resize(static_cast<std::size_t>(nodes.count));
-  for (int slot = 0; slot < map.slots_per_axis(); ++slot) {
-    for (int index = 0; index < EmittersOf(map, axis); ++index) {
-      const std::optional<AxisBeam> beam = BeamOf(map, axis, slot, index);
-      if (!beam) continue;
-      const Polygon polygon = PolygonOf(*beam, map.position_mm(), content_mm, aim, kernel);
-      const double area = Area(polygon);
-      const Interval aims = IntervalOf(polygon, [](const Point& p) { return p.aim; });
-      const auto node_of = [&](double a) {
-        return std::clamp(static_cast<int>(std::floor((a - nodes.first) / nodes.step + 0.5)), 0,
-                          nodes.count - 1);
-      };
-      for (int k = node_of(aims.min); k <= node_of(aims.max); ++k) {
-        const double centre = nodes.Centre(k);
-        Polygon part = ClipToStrip(polygon, centre - nodes.step / 2, centre + nodes.step / 2);
-        if (part.size < 3) continue;
-        MoveToReference(part, aim, content_mm, centre);
-        const double stretch =  // of areas by that move
-            aim.points ? aim.distance_mm / (aim.distance_mm - content_mm) : 1.0;
-        AddOverlap(part, area * stretch, samples, slot, index, overlaps,
-                   overlaps.nodes[static_cast<std::size_t>(k)]);
-      }
+  const auto node_of = [&](double a) {
+    return std::clamp(static_cast<int>(std::floor((a - nodes.first) / nodes.step + 0.5)), 0,
+                      nodes.count - 1);
+  };
+  // Of areas by the move to z = 0.
+  const double stretch = aim.points ? aim.distance_mm / (aim.distance_mm - content_mm) : 1.0;
+  for (const EmitterBeam& emitter : beams) {
+    const Polygon polygon = PolygonOf(emitter.beam, layer_mm, content_mm, aim, kernel);
+    const double area = Area(polygon) * stretch;
+    const Interval aims = IntervalOf(polygon, [](const Point& p) { return p.aim; });
+    for (int k = node_of(aims.min); k <= node_of(aims.max); ++k) {
+      const double centre = nodes.Centre(k);
+      Polygon part = ClipToStrip(polygon, centre - nodes.step / 2, centre + nodes.step / 2);
+      if (part.size < 3) continue;
+      MoveToReference(part, aim, content_mm, centre);
+      AddOverlap(part, area, samples, emitter, overlaps,
+                 overlaps.nodes[static_cast<std::size_t>(k)]);
     }
   }
   return overlaps;

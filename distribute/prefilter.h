@@ -9,9 +9,11 @@
 // beam.
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <vector>
 
-#include "lightfield/ray_map.h"
+#include "distribute/emitter_beams.h"
 
 namespace lamella {
 
@@ -30,7 +32,7 @@ struct SampleAxis {
 
 // The part of a beam that falls into one node's cell.
 struct Overlap {
-  int slot = 0, emitter = 0;
+  int slot = 0, emitter = 0, family = 0;  // the beam's
   int first_sample = 0;
   int num_samples = 0;
   std::size_t weights = 0;  // index of its num_samples weights in AxisOverlaps::weights
@@ -38,18 +40,16 @@ struct Overlap {
 
 // Over which lines an emitter's light is averaged.
 enum class Kernel {
-  kBeam,  // those it sends: from all of the emitter through all of the opening, exactly
-  kLens,  // the paper's box in position and slope: opening times emitter (a lens array's beam)
+  kBeam,  // those it sends: from all of the emitter through all of the element, exactly
+  kLens,  // the paper's box in position and slope: element times emitter (a focused lens's beam)
   kRay,   // its central line alone: no prefilter
 };
 
-// Of one axis of one layer. An emitter's weights sum to 1 over all nodes.
+// Of one axis of one layer. A beam's weights sum to 1 over all nodes.
 struct AxisOverlaps {
-  std::vector<std::vector<Overlap>> nodes;  // by slot, then emitter
+  std::vector<std::vector<Overlap>> nodes;  // each in the order of the beams
   std::vector<float> weights;
 };
-
-enum class Axis { kColumns, kRows };
 
 // The lines of an axis, and where the two families of layers and nodes stand.
 struct AimPlane {
@@ -61,13 +61,14 @@ struct AimPlane {
 struct AimRange {
   double min = 0, max = 0;
 };
-AimRange AimsOf(const RayMap& map, Axis axis, const AimPlane& aim, Kernel kernel = Kernel::kBeam);
+AimRange AimsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPlane& aim,
+                Kernel kernel = Kernel::kBeam);
 
-// `content_mm`: the plane on which a beam's line and the node's ray that stands for it cross. Exact
-// for content there; elsewhere a line is off by at most half a cell's parallax, and by none on
-// average over the cell.
-AxisOverlaps OverlapsOf(const RayMap& map, Axis axis, const AimPlane& aim, double content_mm,
-                        const NodeAxis& nodes, const SampleAxis& samples,
+// `layer_mm`: the modulating plane. `content_mm`: the plane on which a beam's line and the node's
+// ray that stands for it cross. Exact for content there; elsewhere a line is off by at most half a
+// cell's parallax, and by none on average over the cell.
+AxisOverlaps OverlapsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPlane& aim,
+                        double content_mm, const NodeAxis& nodes, const SampleAxis& samples,
                         Kernel kernel = Kernel::kBeam);
 
 }  // namespace lamella

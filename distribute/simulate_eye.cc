@@ -4,13 +4,18 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "distribute/analyze.h"
+#include "distribute/seen_elements.h"
 #include "lightfield/error.h"
+#include "lightfield/layer_map.h"
 #include "lightfield/parallel.h"
 #include "lightfield/ray_map.h"
 
@@ -22,8 +27,8 @@ namespace {
 struct Path {
   int pixel = 0;
   int slot = 0;
-  int emitter = -1;  // -1: beside the panel
-  float weight = 0;  // share of the pixel's lines of sight on this axis
+  int emitter = -1;   // -1: beside the panel
+  double weight = 0;  // share of the pixel's lines of sight on this axis
 };
 
 // One axis of the eye and its picture. Coordinates run with the indices: rows downwards, -y.
@@ -31,17 +36,21 @@ struct EyeAxis {
   double eye_mm = 0;
   double start_mm = 0, pixel_mm = 1;
   int pixels = 0;
-  double distance_mm = 0;  // from the eye to z = 0
+  double plane_mm = 0;     // z of the picture
+  double distance_mm = 0;  // from the eye to it
 
-  // Where the line of sight through `at` on z = 0 crosses the plane z.
-  double OnPlane(double at, double z) const { return at + (eye_mm - at) * z / distance_mm; }
+  // Where the line of sight through `at` on the picture crosses the plane z.
+  double OnPlane(double at, double z) const { return at + (eye_mm - at) * Share(z); }
   double FromPlane(double crossing, double z) const {
-    return (crossing - eye_mm * z / distance_mm) / (1 - z / distance_mm);
+    return (crossing - eye_mm * Share(z)) / (1 - Share(z));
   }
+
+ private:
+  double Share(double z) const { return (z - plane_mm) / distance_mm; }
 };
 
-// Places on z = 0, rising, between which all lines of sight of an axis meet the same modulator
-// element and emitter and belong to the same pixel.
+// Places on the picture, rising, between which all lines of sight of an axis meet the same
+// modulator element and emitter and belong to the same pixel.
 std::vector<double> Breaks(const EyeAxis& axis, const std::array<double, 2>& planes, int count,
                            double pitch_mm) {
   const double end = axis.start_mm + axis.pixels * axis.pixel_mm;
@@ -64,12 +73,12 @@ struct Line {
 };
 
 // The paths of one axis of one layer, sorted by pixel. `line_of(at)` is the line of sight through a
-// place on z = 0.
+// place on the picture.
 template <class LineOf>
 std::vector<Path> AxisPaths(const EyeAxis& axis, const std::vector<double>& breaks,
                             const Barrier& barrier, const LineOf& line_of) {
   std::vector<Path> paths;
-  const auto add = [&](int pixel, int slot, int emitter, float weight) {
+  const auto add = [&](int pixel, int slot, int emitter, double weight) {
     for (auto path = paths.rbegin(); path != paths.rend() && path->pixel == pixel; ++path) {
       if (path->slot == slot && path->emitter == emitter) {
         path->weight += weight;
@@ -79,13 +88,13 @@ std::vector<Path> AxisPaths(const EyeAxis& axis, const std::vector<double>& brea
     paths.push_back({pixel, slot, emitter, weight});
   };
   // Slots in which a line that misses the panel would have met an opening, in the mean.
-  const float mean_open = static_cast<float>(barrier.slots * barrier.aperture_px) /
-                          static_cast<float>(barrier.period_px);
+  const double mean_open =
+      static_cast<double>(barrier.slots) * barrier.aperture_px / barrier.period_px;
   for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
     const double at = (breaks[i] + breaks[i + 1]) / 2;
     const int pixel =
         std::clamp(static_cast<int>((at - axis.start_mm) / axis.pixel_mm), 0, axis.pixels - 1);
-    const float share = static_cast<float>((breaks[i + 1] - breaks[i]) / axis.pixel_mm);
+    const double share = (breaks[i + 1] - breaks[i]) / axis.pixel_mm;
     const Line line = line_of(at);
     if (line.beside) add(pixel, 0, -1, share * mean_open);
     if (!line.hit) continue;
@@ -104,8 +113,9 @@ struct LayerPaths {
 LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye) {
   const RayMap map(display, layer);
   const Barrier& barrier = BarrierOf(display, static_cast<std::size_t>(layer));
-  const double z = map.position_mm(), z_emitters = z - map.d0_mm(), d = eye.position.z();
-  const double pitch = display.emitter_pitch_mm();
+  const double z = map.position_mm(), z_emitters = z - map.d0_mm();
+  const double plane = eye.plane_mm, d = eye.position.z() - plane;
+  const double pitch = display.emitter_pitch_mm(display.layers[static_cast<std::size_t>(layer)]);
   const auto paths_of = [&](const EyeAxis& axis, int count, const auto& seen) {
     const double half_width = count * pitch / 2;
     return AxisPaths(axis, Breaks(axis, {z, z_emitters}, count, pitch), barrier, [&](double at) {
@@ -116,10 +126,11 @@ LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye) {
   };
   LayerPaths paths;
   paths.columns =
-      paths_of({eye.position.x(), eye.left_mm, eye.pixel_mm, eye.width, d}, map.columns(),
+      paths_of({eye.position.x(), eye.left_mm, eye.pixel_mm, eye.width, plane, d}, map.columns(),
                [&](double at, double slope) { return map.SeenColumn(at, slope); });
-  paths.rows = paths_of({-eye.position.y(), -eye.top_mm, eye.pixel_mm, eye.height, d}, map.rows(),
-                        [&](double at, double slope) { return map.SeenRow(-at, -slope); });
+  paths.rows =
+      paths_of({-eye.position.y(), -eye.top_mm, eye.pixel_mm, eye.height, plane, d}, map.rows(),
+               [&](double at, double slope) { return map.SeenRow(-at, -slope); });
   for (int y = 0; y <= eye.height; ++y) {
     const auto first = std::lower_bound(paths.rows.begin(), paths.rows.end(), y,
                                         [](const Path& p, int pixel) { return p.pixel < pixel; });
@@ -129,31 +140,197 @@ LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye) {
 }
 
 struct Sum {
-  Rgb color;
-  float known = 0, all = 0;
+  double r = 0, g = 0, b = 0;
+  double known = 0, all = 0;
+};
+
+// Some rows of the picture.
+struct Band {
+  int first_row = 0, end_row = 0;
+  Image<Sum> sums;  // first_row is row 0
 };
 
 // Adds what one row path of a layer contributes to the pixels of a picture row.
-void AddRow(const std::vector<EmitterImage>& slots, const Barrier& barrier,
-            const std::vector<Path>& columns, const Path& row, std::vector<Sum>& sums) {
-  std::vector<const Rgb*> colors(static_cast<std::size_t>(barrier.slots));
+void AddRow(const std::vector<EmitterImage>& slots, int k, const std::vector<Path>& columns,
+            const Path& row, double gain, Sum* sums) {
+  std::vector<const Rgb*> colors(static_cast<std::size_t>(k));
   std::vector<const float*> coverages(colors.size());
   if (row.emitter >= 0) {
     for (std::size_t s = 0; s < colors.size(); ++s) {
-      const EmitterImage& image = slots[static_cast<std::size_t>(barrier.slots * row.slot) + s];
+      const EmitterImage& image = slots[static_cast<std::size_t>(k * row.slot) + s];
       colors[s] = image.color.row(row.emitter);
       coverages[s] = image.coverage.row(row.emitter);
     }
   }
   for (const Path& column : columns) {
-    Sum& sum = sums[static_cast<std::size_t>(column.pixel)];
-    const float weight = row.weight * column.weight;
+    Sum& sum = sums[column.pixel];
+    const double weight = gain * row.weight * column.weight;
     sum.all += weight;
     if (row.emitter < 0 || column.emitter < 0) continue;
     const std::size_t slot = static_cast<std::size_t>(column.slot);
-    sum.color += weight * colors[slot][column.emitter];
-    sum.known += weight * coverages[slot][column.emitter];
+    const Rgb& color = colors[slot][column.emitter];
+    sum.r += weight * static_cast<double>(color.r);
+    sum.g += weight * static_cast<double>(color.g);
+    sum.b += weight * static_cast<double>(color.b);
+    sum.known += weight * static_cast<double>(coverages[slot][column.emitter]);
   }
+}
+
+// A layer as the eye sees it; what it shows of a band can be added by many threads.
+class LayerSeen {
+ public:
+  virtual ~LayerSeen() = default;
+  virtual void Add(Band& band) const = 0;
+};
+
+class BarrierSeen final : public LayerSeen {
+ public:
+  BarrierSeen(const std::vector<EmitterImage>& slots, const Display& display, int layer,
+              const Eye& eye)
+      : slots_(slots), paths_(PathsOfLayer(display, layer, eye)) {
+    const Barrier& barrier = BarrierOf(display, static_cast<std::size_t>(layer));
+    k_ = barrier.slots;
+    // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n.
+    const double open = static_cast<double>(k_) * barrier.aperture_px / barrier.period_px;
+    gain_ = 1 / (open * open);
+  }
+  void Add(Band& band) const override {
+    for (int y = band.first_row; y < band.end_row; ++y) {
+      const auto row = static_cast<std::size_t>(y);
+      for (std::size_t r = paths_.first_row[row]; r < paths_.first_row[row + 1]; ++r) {
+        AddRow(slots_, k_, paths_.columns, paths_.rows[r], gain_,
+               band.sums.row(y - band.first_row));
+      }
+    }
+  }
+
+ private:
+  const std::vector<EmitterImage>& slots_;
+  const LayerPaths paths_;
+  int k_ = 1;
+  double gain_ = 1;
+};
+
+LayerView ViewOf(const Display& display, int index, const Eye& eye) {
+  const Layer& layer = display.layers[static_cast<std::size_t>(index)];
+  const double pitch = display.emitter_pitch_mm(layer), d = eye.position.z() - eye.plane_mm;
+  const double share = (layer.position_mm - eye.plane_mm) / d;
+  const double to_px = 1 / ((1 - share) * eye.pixel_mm);
+  const Eigen::Vector3d& e = eye.position;
+  LayerView view;
+  view.scale = pitch * to_px;
+  view.offset_x = -(display.emitter_columns() / 2.0 * pitch + e.x() * share) * to_px -
+                  eye.left_mm / eye.pixel_mm;
+  view.offset_y =
+      eye.top_mm / eye.pixel_mm - (display.emitter_rows() / 2.0 * pitch - e.y() * share) * to_px;
+  view.slope_x = {(e.x() - eye.left_mm) / d, -eye.pixel_mm / d, 0};
+  view.slope_y = {(e.y() - eye.top_mm) / d, 0, eye.pixel_mm / d};
+  return view;
+}
+
+// Lenses: every element's polygon is cut to the pixels, and those to the emitters seen there.
+class ElementsSeen final : public LayerSeen {
+ public:
+  ElementsSeen(const EmitterImage& emitters, const Display& display, int layer, const Eye& eye)
+      : emitters_(emitters),
+        map_(display, layer),
+        elements_(SeenElements(display, layer, ViewOf(display, layer, eye))) {
+    const Layer& of = display.layers[static_cast<std::size_t>(layer)];
+    subpixels_ = std::holds_alternative<Lenticular>(of.optics);
+    mirrored_ = of.mirror_x;
+    rays_ = subpixels_ ? 0 : std::get<LensletArray>(of.optics).rays;
+  }
+
+  void Add(Band& band) const override {
+    for (const SeenElement& element : elements_) {
+      double top = element.cell[0].y, bottom = top;
+      for (int i = 1; i < element.cell.size; ++i) {
+        top = std::min(top, element.cell[i].y);
+        bottom = std::max(bottom, element.cell[i].y);
+      }
+      const double first = std::max<double>(std::floor(top), band.first_row);
+      const double end = std::min<double>(std::ceil(bottom), band.end_row);
+      for (int y = static_cast<int>(first); y < end; ++y) AddRowOf(element, y, band);
+    }
+  }
+
+ private:
+  void AddRowOf(const SeenElement& element, int y, Band& band) const {
+    const ConvexPolygon part = CutBetween(element.cell, {0, 0, 1}, y, y + 1);
+    if (part.size < 3) return;
+    double left = part[0].x, right = left;
+    for (int i = 1; i < part.size; ++i) {
+      left = std::min(left, part[i].x);
+      right = std::max(right, part[i].x);
+    }
+    const double first = std::max(std::floor(left), 0.0);
+    const double end = std::min<double>(std::ceil(right), band.sums.width());
+    for (int x = static_cast<int>(first); x < end; ++x) {
+      AddPiece(element, CutBetween(part, {0, 1, 0}, x, x + 1), band.sums(x, y - band.first_row));
+    }
+  }
+
+  // Calls add(part, index) for the parts of a piece that lie between whole values of the form.
+  template <class AddPart>
+  static void Split(const ConvexPolygon& piece, const AffineForm& form, const AddPart& add) {
+    if (piece.size < 3) return;
+    double least = form.At(piece[0]), most = least;
+    for (int i = 1; i < piece.size; ++i) {
+      least = std::min(least, form.At(piece[i]));
+      most = std::max(most, form.At(piece[i]));
+    }
+    const double first = std::floor(least), last = std::ceil(most) - 1;
+    if (last <= first) return add(piece, first);
+    for (double at = first; at <= last; ++at) add(CutBetween(piece, form, at, at + 1), at);
+  }
+
+  void AddPiece(const SeenElement& element, const ConvexPolygon& piece, Sum& sum) const {
+    Split(piece, element.column, [&](const ConvexPolygon& part, double column) {
+      Split(part, element.row, [&](const ConvexPolygon& of_emitter, double row) {
+        AddEmitter(element, column, row, of_emitter.Area(), sum);
+      });
+    });
+  }
+
+  void AddEmitter(const SeenElement& element, double column, double row, double area,
+                  Sum& sum) const {
+    const double per_pixel = subpixels_ ? 3 : 1;
+    if (!(column >= 0 && column < per_pixel * emitters_.color.width() && row >= 0 &&
+          row < emitters_.color.height())) {
+      return;
+    }
+    const int x = static_cast<int>(column / per_pixel), y = static_cast<int>(row);
+    if (!subpixels_ && !IsLit(element, x, y)) return;
+    const Rgb& color = emitters_.color(x, y);
+    const int third = static_cast<int>(column) % 3;
+    const int channel = subpixels_ ? (mirrored_ ? 2 - third : third) : -1;
+    const double light = area * per_pixel;
+    if (channel < 0 || channel == 0) sum.r += light * static_cast<double>(color.r);
+    if (channel < 0 || channel == 1) sum.g += light * static_cast<double>(color.g);
+    if (channel < 0 || channel == 2) sum.b += light * static_cast<double>(color.b);
+    sum.known += area * static_cast<double>(emitters_.coverage(x, y));
+    sum.all += area;
+  }
+
+  bool IsLit(const SeenElement& element, int x, int y) const {
+    const int column = x - element.window_column, row = y - element.window_row;
+    if (column >= 0 && column < rays_ && row >= 0 && row < rays_) return true;
+    return map_.BeamOf(0, 0, x, y).has_value();
+  }
+
+  const EmitterImage& emitters_;
+  const LayerMap map_;
+  const std::vector<SeenElement> elements_;
+  bool subpixels_ = false, mirrored_ = false;
+  int rays_ = 0;
+};
+
+std::unique_ptr<LayerSeen> See(const std::vector<EmitterImage>& slots, const Display& display,
+                               int layer, const Eye& eye) {
+  if (std::holds_alternative<Barrier>(display.layers[static_cast<std::size_t>(layer)].optics)) {
+    return std::make_unique<BarrierSeen>(slots, display, layer, eye);
+  }
+  return std::make_unique<ElementsSeen>(slots[0], display, layer, eye);
 }
 
 void CheckInput(const LayerImages& layers, const Display& display, const Eye& eye) {
@@ -164,7 +341,7 @@ void CheckInput(const LayerImages& layers, const Display& display, const Eye& ey
                      "run the stage layers again");
   }
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    const std::size_t k = static_cast<std::size_t>(BarrierOf(display, l).slots);
+    const auto k = static_cast<std::size_t>(SlotsPerAxis(display.layers[l]));
     if (layers.slots[l].size() != k * k) {
       throw InputError(display.name,
                        fmt::format("layer {} has {} slots, the emitter images {}", l, k * k,
@@ -182,7 +359,8 @@ void CheckInput(const LayerImages& layers, const Display& display, const Eye& ey
                          "run the stage layers again");
       }
     }
-    if (!(eye.position.z() > display.layers[l].position_mm) || !eye.position.allFinite()) {
+    if (!(eye.position.z() > std::max(eye.plane_mm, display.layers[l].position_mm)) ||
+        !eye.position.allFinite()) {
       throw UsageError("eye",
                        fmt::format("at {:g} mm is not in front of layer {} at {:g} mm",
                                    eye.position.z(), l, display.layers[l].position_mm),
@@ -196,7 +374,7 @@ void CheckInput(const LayerImages& layers, const Display& display, const Eye& ey
 RayBundle BundleOfEye(const Eye& eye, int split) {
   RayBundle bundle;
   bundle.centre << eye.position, 1;
-  bundle.origin = {eye.left_mm, eye.top_mm, 0};
+  bundle.origin = {eye.left_mm, eye.top_mm, eye.plane_mm};
   bundle.dx = {eye.pixel_mm / split, 0, 0};
   bundle.dy = {0, -eye.pixel_mm / split, 0};
   bundle.width = eye.width * split;
@@ -206,51 +384,64 @@ RayBundle BundleOfEye(const Eye& eye, int split) {
 
 EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye) {
   CheckInput(layers, display, eye);
-  std::vector<LayerPaths> paths;
-  std::vector<float> gains;  // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n
-  for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    paths.push_back(PathsOfLayer(display, static_cast<int>(l), eye));
-    const Barrier& barrier = BarrierOf(display, l);
-    const double open =
-        static_cast<double>(barrier.slots) * barrier.aperture_px / barrier.period_px;
-    gains.push_back(static_cast<float>(1 / (open * open)));
-  }
+  std::vector<std::unique_ptr<LayerSeen>> seen(display.layers.size());
+  ParallelForEach(0, static_cast<std::int64_t>(seen.size()), [&](std::int64_t layer) {
+    const auto l = static_cast<std::size_t>(layer);
+    seen[l] = See(layers.slots[l], display, static_cast<int>(layer), eye);
+  });
   EyePicture picture{Image<Rgb>(eye.width, eye.height), Image<float>(eye.width, eye.height)};
-  ParallelForEach(0, eye.height, [&](std::int64_t y) {
-    const int row = static_cast<int>(y);
-    std::vector<Sum> sums(static_cast<std::size_t>(eye.width)), layer_sums(sums.size());
-    for (std::size_t l = 0; l < paths.size(); ++l) {
-      std::fill(layer_sums.begin(), layer_sums.end(), Sum{});
-      const LayerPaths& layer = paths[l];
-      for (std::size_t r = layer.first_row[static_cast<std::size_t>(row)];
-           r < layer.first_row[static_cast<std::size_t>(row) + 1]; ++r) {
-        AddRow(layers.slots[l], BarrierOf(display, l), layer.columns, layer.rows[r], layer_sums);
+  constexpr int kBandRows = 16;
+  ParallelForEach(0, (eye.height + kBandRows - 1) / kBandRows, [&](std::int64_t b) {
+    const int first = static_cast<int>(b) * kBandRows;
+    const int end = std::min(first + kBandRows, eye.height);
+    Band band{first, end, Image<Sum>(eye.width, end - first)};
+    for (const std::unique_ptr<LayerSeen>& layer : seen) layer->Add(band);
+    for (int y = first; y < end; ++y) {
+      for (int x = 0; x < eye.width; ++x) {
+        const Sum& sum = band.sums(x, y - first);
+        picture.color(x, y) = {static_cast<float>(sum.r), static_cast<float>(sum.g),
+                               static_cast<float>(sum.b)};
+        picture.coverage(x, y) =
+            sum.all > 0 ? static_cast<float>(std::min(1.0, sum.known / sum.all)) : 0.0F;
       }
-      for (std::size_t x = 0; x < sums.size(); ++x) {
-        sums[x].color += gains[l] * layer_sums[x].color;
-        sums[x].known += gains[l] * layer_sums[x].known;
-        sums[x].all += gains[l] * layer_sums[x].all;
-      }
-    }
-    for (int x = 0; x < eye.width; ++x) {
-      const Sum& sum = sums[static_cast<std::size_t>(x)];
-      picture.color(x, row) = sum.color;
-      picture.coverage(x, row) = sum.all > 0 ? std::min(1.0F, sum.known / sum.all) : 0.0F;
     }
   });
   return picture;
 }
 
-double CleanEyeBox(const Display& display) {
-  if (!display.shear) return 0;
-  double box = std::numeric_limits<double>::infinity();
-  for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    const Barrier& barrier = BarrierOf(display, l);
-    const double half_px = (barrier.period_px - barrier.aperture_px) / 2.0 - 0.5;
-    box = std::min(box, half_px * display.emitter_pitch_mm() * display.viewing_distance_mm /
-                            display.layers[l].d0_mm);
+std::vector<Eye> PupilSamples(const Eye& eye, const Pupil& pupil) {
+  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+  std::vector<Eye> samples(static_cast<std::size_t>(pupil.samples), eye);
+  for (int i = 0; i < pupil.samples; ++i) {
+    const double radius = pupil.diameter_mm / 2 * std::sqrt((i + 0.5) / pupil.samples);
+    Eigen::Vector3d& position = samples[static_cast<std::size_t>(i)].position;
+    position.x() += radius * std::cos(i * golden_angle);
+    position.y() += radius * std::sin(i * golden_angle);
   }
-  return std::max(0.0, box);
+  return samples;
+}
+
+EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
+                       const Pupil& pupil) {
+  EyePicture mean{Image<Rgb>(eye.width, eye.height), Image<float>(eye.width, eye.height)};
+  const float weight = 1.0F / static_cast<float>(pupil.samples);
+  for (const Eye& sample : PupilSamples(eye, pupil)) {
+    const EyePicture picture = SimulateEye(layers, display, sample);
+    for (std::size_t i = 0; i < mean.color.size(); ++i) {
+      mean.color.data()[i] += weight * picture.color.data()[i];
+      mean.coverage.data()[i] += weight * picture.coverage.data()[i];
+    }
+  }
+  return mean;
+}
+
+double CleanEyeBox(const Display& display) {
+  double box = std::numeric_limits<double>::infinity();
+  for (const Layer& layer : display.layers) {
+    const EyeBox of = CleanEyeBoxOf(display, layer);
+    box = std::min({box, of.x_mm, of.y_mm});
+  }
+  return box;
 }
 
 }  // namespace lamella

@@ -1,10 +1,12 @@
-// What a pinhole eye sees of a display: the ray map integrated over the eye's pixels and the time
-// slots (displays.md section 1.4; Ranieri et al. 2012, section 6 "display simulation").
+// What an eye sees of a display: the ray map integrated over the eye's pixels and the time slots
+// (displays.md section 1.4; Ranieri et al. 2012, section 6 "display simulation").
 //
 // Included are the encoder's prefilter (it is in the emitter images), the display's response
-// (openings, emitters, slots, superposed layers, light that crosses into a neighbour's window) and
-// the eye's pixels. Not included: a pupil's width, reflections, diffraction, a panel's contrast.
+// (openings and lenses, emitters, slots, superposed layers, light that crosses into a neighbour's
+// window) and the eye's pixels. Not included: reflections, diffraction, a panel's contrast.
 #pragma once
+
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -15,11 +17,12 @@
 
 namespace lamella {
 
-// A pinhole eye and the raster of its picture, which lies on the reference plane z = 0, upright,
-// row 0 on top. All lengths in mm, in the display's frame.
+// A pinhole eye and the raster of its picture, which lies on the plane z = plane_mm, upright, row 0
+// on top. All lengths in mm, in the display's frame.
 struct Eye {
-  Eigen::Vector3d position{0, 0, 600};  // in front of every layer
-  double left_mm = 0, top_mm = 0;       // the picture's top left corner
+  Eigen::Vector3d position{0, 0, 600};  // in front of every layer and of the picture
+  double plane_mm = 0;
+  double left_mm = 0, top_mm = 0;  // the picture's top left corner
   double pixel_mm = 1;
   int width = 0, height = 0;  // px
 };
@@ -30,23 +33,34 @@ RayBundle BundleOfEye(const Eye& eye, int split = 1);
 
 struct EyePicture {
   // Linear. Divided by the brightness (a/P)^2 / n of the barrier and the superposition, computed
-  // and not fitted, so that a display without error shows the scene's own radiance.
+  // and not fitted, so that a display without error shows the scene's own radiance. A striped
+  // panel's sub-pixel has three times its pixel's light in its channel.
   Image<Rgb> color;
   // Share of the light paths (line of sight, layer, open slot) that end at an emitter whose content
-  // is known; a line of sight that misses a panel counts as unknown. Unknown light is black in
-  // `color`.
+  // is known; a line of sight that misses a barrier's panel counts as unknown, one that meets no
+  // whole lens or ends at a guard pixel or beside the lenses' panel not at all. Unknown light is
+  // black in `color`.
   Image<float> coverage;
 };
 
 // Every line of sight of every pixel, followed through all layers and slots: integrated exactly
 // over the parts of a pixel in which lines meet the same element and emitter. `layers` has the
 // display's layers and slots (InputError where it has not, UsageError where the eye is inside the
-// display or its optics are not barriers). The result does not depend on the number of threads.
+// display). The result does not depend on the number of threads.
 EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye);
 
-// How far the eye may move sideways on one axis before a line of sight meets a neighbour's window
-// (simulation.md section 5): ((P - a)/2 - 1/2) * p * D / d0 of the most restrictive layer; with no
-// shear the fans are parallel and the box is 0.
+// The entrance pupil of an eye or camera, a disc around the eye's position.
+struct Pupil {
+  double diameter_mm = 4;
+  int samples = 48;  // in a sunflower's spiral (Vogel 1979)
+};
+// Focused on the picture's plane, eye.plane_mm: the mean of what pinholes in the pupil see of it.
+EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
+                       const Pupil& pupil);
+std::vector<Eye> PupilSamples(const Eye& eye, const Pupil& pupil);
+
+// How far the eye may move sideways on either axis before a line of sight meets a neighbour's
+// window, of the most restrictive layer (CleanEyeBoxOf of distribute/analyze.h).
 double CleanEyeBox(const Display& display);
 
 }  // namespace lamella

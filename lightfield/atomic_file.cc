@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -41,23 +42,34 @@ void Sync(const fs::path& path) {
 
 }  // namespace
 
-void WriteAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-  fs::path temporary = path;
-  temporary.replace_filename(path.stem().string() + ".partial" + path.extension().string());
+AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), temporary_(path_) {
+  temporary_.replace_filename(path_.stem().string() + ".partial" + path_.extension().string());
+}
+
+AtomicFile::~AtomicFile() {
   std::error_code ignored;
+  fs::remove(temporary_, ignored);
+}
+
+void AtomicFile::Commit() {
+  Sync(temporary_);
+  fs::rename(temporary_, path_);
+}
+
+void AtomicFile::Fail(const std::exception& error) const {
+  const std::string reason = WriteFailureReason(temporary_);
+  const Error* ours = dynamic_cast<const Error*>(&error);
+  if (ours != nullptr && (ours->code() == ExitCode::kMachine || reason.empty())) throw *ours;
+  ThrowUnwritable(path_, reason.empty() ? error.what() : reason);
+}
+
+void WriteAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  AtomicFile file(path);
   try {
-    write(temporary);
-    Sync(temporary);
-    fs::rename(temporary, path);
-  } catch (const Error& error) {
-    const std::string reason = WriteFailureReason(temporary);
-    fs::remove(temporary, ignored);
-    if (error.code() != ExitCode::kMachine && !reason.empty()) ThrowUnwritable(path, reason);
-    throw;
+    write(file.temporary());
+    file.Commit();
   } catch (const std::exception& error) {
-    const std::string reason = WriteFailureReason(temporary);
-    fs::remove(temporary, ignored);
-    ThrowUnwritable(path, reason.empty() ? error.what() : reason);
+    file.Fail(error);
   }
 }
 

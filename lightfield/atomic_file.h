@@ -1,6 +1,7 @@
 // Files that appear only when whole: written beside their place, synced, renamed.
 #pragma once
 
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -13,6 +14,22 @@ namespace lamella {
 // and the error goes on; a full disk or a missing permission becomes a MachineError naming `path`.
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& write);
+// The same in steps: what is not committed is removed.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  const std::filesystem::path& temporary() const { return temporary_; }
+  void Commit();
+  // What an error that was met in writing means, thrown.
+  [[noreturn]] void Fail(const std::exception& error) const;
+
+ private:
+  std::filesystem::path path_, temporary_;
+};
 void WriteTextAtomically(const std::filesystem::path& path, std::string_view text);
 
 // The whole file; InputError where it can't be read.

@@ -199,30 +199,14 @@ std::string NameOf(const Optics& optics) {
 }
 
 const Barrier& BarrierOf(const Display& display, std::size_t index) {
-  constexpr const char* kFix =
-      "give a display of barriers (`lamella displays` lists them); `displays check` and `synth "
-      "photos` take this one";
   const Layer& layer = display.layers.at(index);
   const Barrier* barrier = std::get_if<Barrier>(&layer.optics);
   if (barrier == nullptr) {
     throw UsageError(display.name,
-                     fmt::format("layer {} has {}, and only barriers can be encoded in this "
-                                 "version",
-                                 index, NameOf(layer.optics)),
-                     kFix);
-  }
-  if (layer.magnification != 1) {
-    throw UsageError(display.name,
-                     fmt::format("layer {} is magnified {:g} times, and only layers that are seen "
-                                 "as they are can be encoded in this version",
-                                 index, layer.magnification),
-                     kFix);
+                     fmt::format("layer {} has {}, no barrier", index, NameOf(layer.optics)),
+                     "ask for what its optics have");
   }
   return *barrier;
-}
-
-void RequireBarriers(const Display& display) {
-  for (std::size_t i = 0; i < display.layers.size(); ++i) BarrierOf(display, i);
 }
 
 int SlotsPerAxis(const Layer& layer) {

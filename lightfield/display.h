@@ -133,10 +133,8 @@ std::string ToToml(const Display& display);  // reads back to the same display
 
 // The optics in words: "a barrier", "lenslets", "lenticular lenses".
 std::string NameOf(const Optics& optics);
-// Frames and eyes are made of unmagnified barriers only in this version: UsageError where the
-// display has anything else.
-void RequireBarriers(const Display& display);
-const Barrier& BarrierOf(const Display& display, std::size_t index);  // errors likewise
+// UsageError where the layer has other optics.
+const Barrier& BarrierOf(const Display& display, std::size_t index);
 // 1/f of a layer's lenses as seen by the viewer; a focal length of 0 is d0.
 double LensPowerPerMm(const Layer& layer, double focal_mm);
 int SlotsPerAxis(const Layer& layer);  // 1 where it has lenses

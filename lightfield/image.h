@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "lightfield/large_pages.h"
+
 namespace lamella {
 
 // Linear light, Rec. 709 primaries.
@@ -93,7 +95,7 @@ class Image {
            static_cast<std::size_t>(x);
   }
   int width_ = 0, height_ = 0;
-  std::vector<T> pixels_;
+  std::vector<T, PixelAllocator<T>> pixels_;
 };
 
 }  // namespace lamella

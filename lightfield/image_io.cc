@@ -6,6 +6,7 @@
 #include <fstream>
 #include <memory>
 #include <sstream>
+#include <stdexcept>
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagebuf.h>
@@ -353,23 +354,70 @@ void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear, ImageSpan<con
 
 void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrType type,
               ExrCompression compression) {
-  const int width = channels.at(0).pixels.width(), height = channels.at(0).pixels.height();
-  const int count = static_cast<int>(channels.size());
-  OIIO::ImageSpec spec(width, height, count,
+  std::vector<std::string> names;
+  for (const Channel& channel : channels) names.push_back(channel.name);
+  const Image<float>& first = channels.at(0).pixels;
+  ExrRowsWriter file(path, names, first.width(), first.height(), type, compression);
+  file.Write(channels);
+  file.Close();
+}
+
+struct ExrRowsWriter::State {
+  AtomicFile file;
+  std::unique_ptr<OIIO::ImageOutput> out;
+  OIIO::ImageSpec spec;
+  int next_row = 0;
+};
+
+ExrRowsWriter::ExrRowsWriter(const fs::path& path, const std::vector<std::string>& channels,
+                             int width, int height, ExrType type, ExrCompression compression)
+    : state_(new State{AtomicFile(path), nullptr, {}, 0}) {
+  OIIO::ImageSpec spec(width, height, static_cast<int>(channels.size()),
                        type == ExrType::kHalf ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
-  spec.channelnames.clear();
-  for (const Channel& channel : channels) spec.channelnames.push_back(channel.name);
+  spec.channelnames = channels;
   spec.alpha_channel = -1;
   spec.attribute("compression", compression == ExrCompression::kPiz ? "piz" : "zip");
   spec.attribute("DateTime", "");  // else OpenImageIO writes the present time
-  std::vector<float> packed(static_cast<std::size_t>(count) * channels[0].pixels.size());
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const float* from = channels[c].pixels.data();
-    for (std::size_t i = 0; i < channels[c].pixels.size(); ++i) {
-      packed[i * channels.size() + c] = from[i];
-    }
+  state_->spec = spec;
+}
+
+ExrRowsWriter::~ExrRowsWriter() = default;
+ExrRowsWriter::ExrRowsWriter(ExrRowsWriter&&) noexcept = default;
+
+void ExrRowsWriter::Write(const std::vector<Channel>& rows) {
+  const std::string name = state_->file.temporary().string();
+  const std::size_t count = rows.size();
+  std::vector<float> packed(count * rows.at(0).pixels.size());
+  for (std::size_t c = 0; c < count; ++c) {
+    const float* from = rows[c].pixels.data();
+    for (std::size_t i = 0; i < rows[c].pixels.size(); ++i) packed[i * count + c] = from[i];
   }
-  WriteBuffer(path, spec, packed.data(), OIIO::TypeDesc::FLOAT);
+  const int end = state_->next_row + rows[0].pixels.height();
+  try {
+    if (!state_->out) {
+      state_->out = OIIO::ImageOutput::create(name);
+      if (!state_->out) throw std::runtime_error(OIIO::geterror());
+      if (!state_->out->open(name, state_->spec)) throw std::runtime_error(state_->out->geterror());
+    }
+    if (!state_->out->write_scanlines(state_->next_row, end, 0, OIIO::TypeDesc::FLOAT,
+                                      packed.data())) {
+      throw std::runtime_error(state_->out->geterror());
+    }
+  } catch (const std::exception& error) {
+    state_->file.Fail(error);
+  }
+  state_->next_row = end;
+}
+
+void ExrRowsWriter::Close() {
+  try {
+    if (!state_->out || !state_->out->close()) {
+      throw std::runtime_error(state_->out ? state_->out->geterror() : "it has no rows");
+    }
+    state_->file.Commit();
+  } catch (const std::exception& error) {
+    state_->file.Fail(error);
+  }
 }
 
 std::vector<Channel> ReadExr(const fs::path& path) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -76,6 +77,24 @@ enum class ExrType { kFloat, kHalf };
 enum class ExrCompression { kZip, kPiz };
 void WriteExr(const std::filesystem::path& path, const std::vector<Channel>& channels, ExrType type,
               ExrCompression compression = ExrCompression::kZip);
+
+// The same from the top, some rows at a time: the same bytes where all but the last are multiples
+// of 32 rows. Close makes the file appear.
+class ExrRowsWriter {
+ public:
+  ExrRowsWriter(const std::filesystem::path& path, const std::vector<std::string>& channels,
+                int width, int height, ExrType type,
+                ExrCompression compression = ExrCompression::kZip);
+  ~ExrRowsWriter();
+  ExrRowsWriter(ExrRowsWriter&&) noexcept;
+  void Write(const std::vector<Channel>& rows);  // in the order of the names
+  void Close();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
 std::vector<Channel> ReadExr(const std::filesystem::path& path);
 // The channel of that name; InputError where it is absent.
 Image<float> TakeChannel(std::vector<Channel>& channels, const std::string& name,

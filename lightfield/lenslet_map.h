@@ -47,9 +47,9 @@ class LensletMap {
   // What the line through (x_mm, y_mm) on the modulating plane with slopes dx/dz, dy/dz meets;
   // nothing beside the panel and where no whole lens is. A steep line meets pixels of other lenses.
   std::optional<LayerHit> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
+  bool Whole(const Lens& lens) const;  // whether it lies on the panel whole
 
  private:
-  bool Whole(const Lens& lens) const;
   double XFromPx(double x_px) const { return (x_px - columns_ / 2.0) * pitch_mm_; }
   double YFromPx(double y_px) const { return (rows_ / 2.0 - y_px) * pitch_mm_; }
 

@@ -85,6 +85,14 @@ DepthInterval SceneDepths(const Workspace& workspace) {
           std::max(placement.far_mm, placement.near_mm)};
 }
 
+DepthInterval DepthsFor(const Display& display, const DepthInterval& scene) {
+  DepthInterval depths = DepthsWorthALook(display);
+  const double length = depths.to_mm - depths.from_mm;
+  depths.from_mm = std::min(depths.from_mm, std::max(scene.from_mm, depths.from_mm - length));
+  depths.to_mm = std::max(depths.to_mm, std::min(scene.to_mm, depths.to_mm + length));
+  return depths;
+}
+
 SceneAnalysis AnalyzeWorkspace(const Workspace& workspace, const Display& display,
                                const Analysis& analysis) {
   const LayersRecord record = LoadLayersRecord(workspace);

@@ -24,6 +24,10 @@ struct SceneAnalysis {
 // worth a look. InputError where the workspace has no layers.
 DepthInterval SceneDepths(const Workspace& workspace);
 
+// The depths that are worth a look on a display, and the scene's as far as they would not make the
+// display's small.
+DepthInterval DepthsFor(const Display& display, const DepthInterval& scene);
+
 // Of the reference view that the workspace's layers were made with: its undistorted photograph and
 // its depth map. InputError where the stages layers, poses or depth left none.
 SceneAnalysis AnalyzeWorkspace(const Workspace& workspace, const Display& display,

@@ -1,6 +1,7 @@
 #include "pipeline/layers_record.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -18,15 +19,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kFormatVersion = 2;
 constexpr const char* kRecordFile = "layers.json";
 constexpr const char* kRunLayers = "run `lamella layers` again";
 constexpr float kLargestHalf = 65504;
-
-// Keys and values as in the display's TOML.
-constexpr const char *kBarrier = "barrier", *kLenslets = "lenslets", *kLenticular = "lenticular";
-constexpr const char *kSquare = "square", *kHexagonal = "hexagonal";
-constexpr const char *kUniform = "uniform", *kSinusoidal = "sinusoidal";
+constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
 
 // JSON has no infinity.
 Json Number(double value) {
@@ -38,134 +35,6 @@ double Number(const Json& json) {
   if (!json.is_string()) return json.get<double>();
   return json == "inf" ? std::numeric_limits<double>::infinity()
                        : -std::numeric_limits<double>::infinity();
-}
-
-Json ToJson(const Barrier& barrier) {
-  return {{"period_px", barrier.period_px},
-          {"aperture_px", barrier.aperture_px},
-          {"slots", barrier.slots}};
-}
-
-Json ToJson(const LensletArray& lenses) {
-  const bool square = lenses.lattice == LensletArray::Lattice::kSquare;
-  return {{"lattice", square ? kSquare : kHexagonal},
-          {"pitch_px", lenses.pitch_px},
-          {"rays", lenses.rays},
-          {"offset_px", {lenses.offset_x_px, lenses.offset_y_px}},
-          {"shift_odd_rows", lenses.shift_odd_rows},
-          {"focal_mm", lenses.focal_mm}};
-}
-
-Json ToJson(const Lenticular& lenses) {
-  return {{"subpixels_per_lens", lenses.subpixels_per_lens},
-          {"slant", lenses.slant},
-          {"views", lenses.views},
-          {"offset_subpx", lenses.offset_subpx},
-          {"focal_mm", lenses.focal_mm}};
-}
-
-Json ToJson(const Varifocal& varifocal) {
-  const bool uniform = varifocal.spacing == Varifocal::Spacing::kUniform;
-  return {{"planes", varifocal.planes},
-          {"depth_mm", varifocal.depth_mm},
-          {"spacing", uniform ? kUniform : kSinusoidal},
-          {"relay_focal_mm", Number(varifocal.relay_focal_mm)},
-          {"magnification0", varifocal.magnification0}};
-}
-
-const char* KeyOf(const Optics& optics) {
-  if (std::holds_alternative<Barrier>(optics)) return kBarrier;
-  return std::holds_alternative<LensletArray>(optics) ? kLenslets : kLenticular;
-}
-
-// As in the TOML: the planes of a varifocal display are one layer without a position.
-Json ToJson(const Layer& layer, bool varifocal) {
-  Json json = Json::object();
-  if (!varifocal) json["position_mm"] = layer.position_mm;
-  json["d0_mm"] = layer.d0_mm;
-  json["mirror_x"] = layer.mirror_x;
-  if (!varifocal) json["magnification"] = layer.magnification;
-  json[KeyOf(layer.optics)] =
-      std::visit([](const auto& optics) { return ToJson(optics); }, layer.optics);
-  return json;
-}
-
-Json ToJson(const Display& display) {
-  const bool varifocal = display.varifocal.has_value();
-  Json layers = Json::array();
-  for (const Layer& layer : display.layers) {
-    layers.push_back(ToJson(layer, varifocal));
-    if (varifocal) break;
-  }
-  Json json = {{"name", display.name},
-               {"viewing_distance_mm", display.viewing_distance_mm},
-               {"shear", display.shear},
-               {"border_mm", display.border_mm},
-               {"border_offset_mm", display.border_offset_mm},
-               {"panel",
-                {{"width_px", display.width_px},
-                 {"height_px", display.height_px},
-                 {"pitch_mm", display.pitch_mm},
-                 {"binning_px", display.binning_px}}}};
-  if (varifocal) json["varifocal"] = ToJson(*display.varifocal);
-  json["layer"] = layers;
-  return json;
-}
-
-Optics OpticsFromJson(const Json& layer) {
-  if (layer.contains(kLenslets)) {
-    const Json& lenses = layer.at(kLenslets);
-    return LensletArray{lenses.at("lattice") == kSquare ? LensletArray::Lattice::kSquare
-                                                        : LensletArray::Lattice::kHexagonal,
-                        lenses.at("pitch_px"),
-                        lenses.at("rays"),
-                        lenses.at("offset_px").at(0),
-                        lenses.at("offset_px").at(1),
-                        lenses.at("shift_odd_rows"),
-                        lenses.at("focal_mm")};
-  }
-  if (layer.contains(kLenticular)) {
-    const Json& lenses = layer.at(kLenticular);
-    return Lenticular{lenses.at("subpixels_per_lens"), lenses.at("slant"), lenses.at("views"),
-                      lenses.at("offset_subpx"), lenses.at("focal_mm")};
-  }
-  const Json& barrier = layer.at(kBarrier);
-  return Barrier{barrier.at("period_px"), barrier.at("aperture_px"), barrier.at("slots")};
-}
-
-Varifocal VarifocalFromJson(const Json& json) {
-  return {json.at("planes"), json.at("depth_mm"),
-          json.at("spacing") == kSinusoidal ? Varifocal::Spacing::kSinusoidal
-                                            : Varifocal::Spacing::kUniform,
-          Number(json.at("relay_focal_mm")), json.at("magnification0")};
-}
-
-Display DisplayFromJson(const Json& json, const std::string& where) {
-  Display display;
-  display.name = json.at("name");
-  display.viewing_distance_mm = json.at("viewing_distance_mm");
-  display.shear = json.at("shear");
-  display.border_mm = json.at("border_mm");
-  display.border_offset_mm = json.at("border_offset_mm");
-  const Json& panel = json.at("panel");
-  display.width_px = panel.at("width_px");
-  display.height_px = panel.at("height_px");
-  display.pitch_mm = panel.at("pitch_mm");
-  display.binning_px = panel.at("binning_px");
-  // Files of versions that knew barriers only have neither magnification nor varifocal.
-  const bool varifocal = json.contains("varifocal");
-  for (const Json& layer : json.at("layer")) {
-    display.layers.push_back({varifocal ? 0.0 : layer.at("position_mm").get<double>(),
-                              layer.at("d0_mm"), OpticsFromJson(layer), layer.at("mirror_x"),
-                              layer.value("magnification", 1.0)});
-  }
-  if (varifocal) {
-    display.varifocal = VarifocalFromJson(json.at("varifocal"));
-    CheckVarifocal(*display.varifocal, where);
-    display.layers = PlanesOf(*display.varifocal, display.layers.at(0));
-  }
-  Check(display, where);
-  return display;
 }
 
 Json ToJson(const Placement& p) {
@@ -240,7 +109,7 @@ void SaveLayersRecord(const fs::path& folder, const LayersRecord& record) {
     }
   }
   const Json json = {{"format_version", kFormatVersion},
-                     {"display", ToJson(record.display)},
+                     {"display", ToToml(record.display)},
                      {"placement", ToJson(record.placement)},
                      {"seen_share", record.seen_share},
                      {"seen_share_in_picture", record.seen_share_in_picture},
@@ -256,8 +125,11 @@ LayersRecord LoadLayersRecord(const Workspace& workspace) {
       throw InputError(path.string(), "was written by a newer lamella",
                        "use that version or another --workspace");
     }
+    if (json.at("format_version").get<int>() < kFormatVersion) {
+      throw InputError(path.string(), "was written by an older lamella", kRunLayers);
+    }
     LayersRecord record;
-    record.display = DisplayFromJson(json.at("display"), path.string());
+    record.display = ParseDisplay(json.at("display").get<std::string>(), path.string());
     record.placement = PlacementFromJson(json.at("placement"));
     record.seen_share = json.at("seen_share");
     record.seen_share_in_picture = json.at("seen_share_in_picture");
@@ -271,10 +143,10 @@ std::string EmitterFile(int layer, int slot) {
   return fmt::format("layer_{}_slot_{}.exr", layer, slot);
 }
 
-void SaveEmitterImage(const fs::path& folder, int layer, int slot, const EmitterImage& image) {
+std::vector<Channel> ChannelsOf(const EmitterImage& image) {
   const int width = image.color.width(), height = image.color.height();
   std::vector<Channel> channels;
-  for (const char* name : {"R", "G", "B", "A"}) channels.push_back({name, {width, height}});
+  for (const char* name : kChannels) channels.push_back({name, {width, height}});
   for (std::size_t i = 0; i < image.color.size(); ++i) {
     const Rgb& color = image.color.data()[i];
     channels[0].pixels.data()[i] = std::min(color.r, kLargestHalf);
@@ -282,7 +154,23 @@ void SaveEmitterImage(const fs::path& folder, int layer, int slot, const Emitter
     channels[2].pixels.data()[i] = std::min(color.b, kLargestHalf);
     channels[3].pixels.data()[i] = image.coverage.data()[i];
   }
-  WriteExr(folder / EmitterFile(layer, slot), channels, ExrType::kHalf, ExrCompression::kPiz);
+  return channels;
+}
+
+ExrRowsWriter EmitterWriter(const fs::path& folder, int layer, int slot, int width, int height) {
+  return {folder / EmitterFile(layer, slot),
+          {kChannels.begin(), kChannels.end()},
+          width,
+          height,
+          ExrType::kHalf,
+          ExrCompression::kPiz};
+}
+
+void SaveEmitterImage(const fs::path& folder, int layer, int slot, const EmitterImage& image) {
+  ExrRowsWriter file =
+      EmitterWriter(folder, layer, slot, image.color.width(), image.color.height());
+  file.Write(ChannelsOf(image));
+  file.Close();
 }
 
 EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,

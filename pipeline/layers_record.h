@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "distribute/distribute.h"
 #include "distribute/place.h"
 #include "lightfield/display.h"
+#include "lightfield/image_io.h"
 #include "pipeline/workspace.h"
 
 namespace lamella {
@@ -29,6 +31,10 @@ std::string EmitterFile(int layer, int slot);
 // float's range is clamped to it.
 void SaveEmitterImage(const std::filesystem::path& folder, int layer, int slot,
                       const EmitterImage& image);
+// The same some rows at a time, each as ChannelsOf.
+ExrRowsWriter EmitterWriter(const std::filesystem::path& folder, int layer, int slot, int width,
+                            int height);
+std::vector<Channel> ChannelsOf(const EmitterImage& image);
 // InputError where the file's size is not the display's.
 EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,
                               int slot);

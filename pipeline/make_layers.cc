@@ -5,22 +5,10 @@
 #include <fmt/format.h>
 
 #include "distribute/displays.h"
-#include "lightfield/parallel.h"
+#include "pipeline/emitter_files.h"
 
 namespace lamella {
 namespace {
-
-void SaveLayers(const StageRun& run, const LayersRecord& record, LayerImages images) {
-  for (std::size_t layer = 0; layer < images.slots.size(); ++layer) {
-    ParallelForEach(
-        0, static_cast<std::int64_t>(images.slots[layer].size()), [&](std::int64_t slot) {
-          EmitterImage& image = images.slots[layer][static_cast<std::size_t>(slot)];
-          SaveEmitterImage(run.folder(), static_cast<int>(layer), static_cast<int>(slot), image);
-          image = {};
-        });
-  }
-  SaveLayersRecord(run.folder(), record);
-}
 
 StageReport Report(const LayersRecord& record, const std::string& note) {
   const Placement& p = record.placement;
@@ -49,21 +37,21 @@ Display DisplayFor(const LayersOptions& options) {
     display.viewing_distance_mm = *options.placement.viewing_distance_mm;
   }
   Check(display, options.display);
-  RequireBarriers(display);
   return display;
 }
 
 StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord record,
                        const LayersOptions& options, const std::string& note, StageRun& run,
                        Progress& progress) {
-  LayerImages images =
-      Distribute(*Placed(*world, record.placement), record.display, options, progress);
+  const PictureSize picture{record.placement.picture_width_mm, record.placement.picture_height_mm};
+  EmitterFiles files(run.folder(), record.display);
+  const SeenShares seen = Distribute(
+      *Placed(*world, record.placement), record.display, options, picture,
+      [&](const EmitterRows& rows) { files.Write(rows); }, progress);
   world.reset();
-  record.seen_share = images.seen_share;
-  record.seen_share_in_picture =
-      SeenShare(images, record.display, record.placement.picture_width_mm,
-                record.placement.picture_height_mm);
-  SaveLayers(run, record, std::move(images));
+  record.seen_share = seen.of_all;
+  record.seen_share_in_picture = seen.of_picture;
+  SaveLayersRecord(run.folder(), record);
   return Report(record, note);
 }
 

@@ -3,20 +3,17 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "distribute/encode_varifocal.h"
-#include "distribute/one_bit.h"
 #include "distribute/panel_pixels-inl.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
-#include "pipeline/frames_record.h"
 #include "pipeline/json_file.h"
+#include "pipeline/varifocal_frames.h"
 
 namespace lamella {
 namespace {
@@ -40,69 +37,55 @@ Light ResponseOf(const JsonObject& response) {
   return light;
 }
 
-Image<Rgb8> ReadPanel(const Display& display, const fs::path& file) {
-  Image<Rgb8> codes = ReadSrgb8(file);
+EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int layer, int slot,
+                       const fs::path& file, const Light& light) {
+  EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
+  const Image<Rgb8> codes = ReadSrgb8(file);
   if (codes.width() != display.width_px || codes.height() != display.height_px) {
     throw InputError(file.string(),
                      fmt::format("is {} x {} px, the panel {} x {}", codes.width(), codes.height(),
                                  display.width_px, display.height_px),
                      "run `lamella frames` again");
   }
-  return codes;
-}
-
-EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int layer, int slot,
-                       const fs::path& file, const Light& light) {
-  EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
-  const Image<Rgb8> panel = ReadPanel(display, file);
-  const Image<Rgb8> codes = EmittersFromPanel<Rgb8>(
-      display, display.layers[static_cast<std::size_t>(layer)], panel.span());
-  for (std::size_t i = 0; i < codes.size(); ++i) {
-    const Rgb8& code = codes.data()[i];
+  const Image<Rgb8> shown = EmittersFromPanel<Rgb8>(
+      display, display.layers[static_cast<std::size_t>(layer)], codes.span());
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const Rgb8& code = shown.data()[i];
     emitters.color.data()[i] = {light[code.r], light[code.g], light[code.b]};
   }
   return emitters;
 }
 
-// The mean over the strokes, which is what an eye adds up.
-LayerImages LoadStrokes(const Workspace& workspace, const Display& display,
-                        const StrokeFrames& strokes) {
-  const fs::path folder = workspace.Stage("frames");
-  BitPlanes bits{strokes.planes, {}};
-  bits.strokes.resize(static_cast<std::size_t>(strokes.strokes));
-  ParallelForEach(0, strokes.strokes, [&](std::int64_t t) {
-    const int stroke = static_cast<int>(t);
-    const Image<Rgb8> frame = ReadPanel(display, folder / StrokeFile(stroke));
-    bits.strokes[static_cast<std::size_t>(t)] =
-        EmitterBits(UnpackedFrame(frame.span(), strokes.planes, stroke, strokes.packing), display);
-  });
-  LayerImages images;
-  images.slots.resize(display.layers.size());
-  ParallelForEach(0, strokes.planes, [&](std::int64_t plane) {
-    EmitterImage emitters = LoadEmitterImage(workspace, display, static_cast<int>(plane), 0);
-    const Image<float> mean = MeanOfStrokes(bits, static_cast<int>(plane));
-    for (std::size_t i = 0; i < mean.size(); ++i) {
-      emitters.color.data()[i] = {mean.data()[i], mean.data()[i], mean.data()[i]};
+LayerImages LoadStrokes(const Workspace& workspace, const LayersRecord& record,
+                        const JsonObject& json) {
+  StrokeFrames frames;
+  for (const JsonObject& stroke : json.Objects("strokes")) {
+    frames.files.push_back(stroke.Text("file"));
+  }
+  const JsonObject packing = json.Object("packing");
+  frames.planes = static_cast<int>(record.display.layers.size());
+  frames.packing = {ChannelOrderOf(packing.Text("channels")), BitOrderOf(packing.Text("bits")),
+                    packing.Truth("there_and_back")};
+  const std::vector<Image<float>> grey =
+      ReadStrokeFrames(workspace.Stage("frames"), frames, record.display);
+  LayerImages images = LoadLayerImages(workspace, record);  // for their coverage
+  for (std::size_t plane = 0; plane < grey.size(); ++plane) {
+    Image<Rgb>& color = images.slots[plane][0].color;
+    for (std::size_t i = 0; i < color.size(); ++i) {
+      const float light = grey[plane].data()[i];
+      color.data()[i] = {light, light, light};
     }
-    images.slots[static_cast<std::size_t>(plane)].push_back(std::move(emitters));
-  });
+  }
   return images;
 }
 
 }  // namespace
 
-LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record) {
+PanelImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record) {
   const fs::path folder = workspace.Stage("frames");
   const JsonObject json(folder / "frames.json");
   json.CheckFormatVersion(1);
-  if (const std::optional<StrokeFrames> strokes = LoadStrokeFrames(folder)) {
-    if (static_cast<std::size_t>(strokes->planes) != record.display.layers.size()) {
-      throw json.Wrong("strokes", fmt::format("{} planes", record.display.layers.size()));
-    }
-    LayerImages images = LoadStrokes(workspace, record.display, *strokes);
-    images.seen_share = record.seen_share;
-    return images;
-  }
+  if (json.Has("strokes")) return {LoadStrokes(workspace, record, json), true};
   const Light light = ResponseOf(json.Object("response"));
   LayerImages images;
   images.seen_share = record.seen_share;
@@ -125,7 +108,7 @@ LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& reco
                                         static_cast<int>(s), files[slot], light);
     });
   }
-  return images;
+  return {std::move(images), false};
 }
 
 }  // namespace lamella

@@ -140,7 +140,7 @@ void CheckBeforeWork(const PipelineOptions& options, const std::string& first,
                      "give the folder of the photographs: lamella run FOLDER ...");
   }
   if (from <= IndexOf("layers") && IndexOf("layers") <= to) {
-    RequireBarriers(FindDisplay(options.layers.display));
+    FindDisplay(options.layers.display);
   }
   if (from <= IndexOf("poses") && IndexOf("poses") <= to && NeedsColmap(options.capture))
     RequireColmap();

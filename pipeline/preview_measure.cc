@@ -5,31 +5,60 @@
 
 #include "depth/resize_area.h"
 #include "distribute/metrics.h"
+#include "lightfield/color.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
+namespace {
 
-PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px) {
-  const int split = std::clamp(static_cast<int>(std::lround(eye.pixel_mm / mm_per_view_px)), 1, 8);
-  const RayBundle bundle = BundleOfEye(eye, split);
-  Image<RaySample> samples(bundle.width, bundle.height);
-  placed.Query(bundle, {0, 0, bundle.width, bundle.height}, samples.span());
-  Image<Rgb> color(eye.width, eye.height);
-  PreviewPicture picture;
-  picture.share = Image<float>(eye.width, eye.height);
-  const float weight = 1.0F / static_cast<float>(split * split);
-  ParallelFor(0, eye.height, 16, [&](std::int64_t first, std::int64_t last) {
-    for (int y = static_cast<int>(first); y < last; ++y) {
-      for (int sample_y = y * split; sample_y < (y + 1) * split; ++sample_y) {
-        const RaySample* row = samples.row(sample_y);
-        for (int x = 0; x < bundle.width; ++x) {
-          color(x / split, y) += weight * row[x].color;
-          picture.share(x / split, y) += weight * row[x].coverage;
-        }
+// Of the pixel's size: the mean over two points so far on both sides of the middle is that of the
+// whole pixel for cubic polynomials (Gauss-Legendre).
+constexpr double kGaussPoint = 0.28867513459481287;
+
+// The bundles whose mean a target is. Rays that are more than a view pixel apart stand for a square
+// of their spacing (the capture's colours are filtered to it), others for a point of the view's
+// picture.
+std::vector<RayBundle> BundlesOfTarget(const Eye& eye, double mm_per_view_px) {
+  if (eye.pixel_mm > 1.5 * mm_per_view_px) return {BundleOfEye(eye, 2)};
+  std::vector<RayBundle> bundles(4, BundleOfEye(eye));
+  for (std::size_t i = 0; i < bundles.size(); ++i) {
+    bundles[i].origin += (i % 2 == 0 ? -kGaussPoint : kGaussPoint) * bundles[i].dx +
+                         (i < 2 ? -kGaussPoint : kGaussPoint) * bundles[i].dy;
+  }
+  return bundles;
+}
+
+// Adds a bundle of a whole number of rays a pixel and axis.
+void AddRays(ImageSpan<const RaySample> samples, float weight, Image<Rgb>& color,
+             Image<float>& share) {
+  const int split = samples.width / color.width();
+  ParallelFor(0, color.height(), 16, [&](std::int64_t first, std::int64_t last) {
+    for (int y = static_cast<int>(first) * split; y < static_cast<int>(last) * split; ++y) {
+      const RaySample* row = samples.row(y);
+      for (int x = 0; x < samples.width; ++x) {
+        color(x / split, y / split) += weight * row[x].color;
+        share(x / split, y / split) += weight * row[x].coverage;
       }
     }
   });
+}
+
+}  // namespace
+
+PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px) {
+  const std::vector<RayBundle> bundles = BundlesOfTarget(eye, mm_per_view_px);
+  const int width = bundles[0].width, height = bundles[0].height;
+  const auto rays = static_cast<double>(bundles.size()) * width * height;
+  const auto weight = static_cast<float>(static_cast<double>(eye.width) * eye.height / rays);
+  Image<Rgb> color(eye.width, eye.height);
+  PreviewPicture picture;
+  picture.share = Image<float>(eye.width, eye.height);
+  Image<RaySample> samples(width, height);
+  for (const RayBundle& bundle : bundles) {
+    placed.Query(bundle, {0, 0, width, height}, samples.span());
+    AddRays(samples.span(), weight, color, picture.share);
+  }
   picture.codes = EncodeSrgb8(color.span());
   return picture;
 }
@@ -37,6 +66,15 @@ PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_p
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye) {
   EyePicture seen = SimulateEye(layers, display, eye);
   return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
+}
+
+void LoseColor(PreviewPicture& picture) {
+  Image<Rgb> light = DecodeSrgb8(picture.codes.span());
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const float grey = Luminance(light.data()[i]);
+    light.data()[i] = {grey, grey, grey};
+  }
+  picture.codes = EncodeSrgb8(light.span());
 }
 
 PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured) {

@@ -9,6 +9,8 @@
 
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "pipeline/analysis_figure.h"
+#include "pipeline/analysis_record.h"
 #include "pipeline/depth_record.h"
 #include "pipeline/overview.h"
 #include "pipeline/report/picture.h"
@@ -178,11 +180,32 @@ PageLayer LayerOnPage(const Layer& layer, std::size_t index, const std::vector<E
 // ---- Text ----
 
 std::string ListOfLayers(const Display& display) {
+  constexpr std::size_t kMost = 6;
+  const std::size_t n = display.layers.size();
+  if (n > kMost) {
+    return fmt::format("{} to {} mm", Millimetres(display.layers.front().position_mm),
+                       Millimetres(display.layers.back().position_mm));
+  }
   std::string text;
   for (const Layer& layer : display.layers) {
     text += (text.empty() ? "" : ", ") + Millimetres(layer.position_mm);
   }
   return text + " mm";
+}
+
+std::string OpticsInWords(const Layer& layer) {
+  if (const Barrier* barrier = std::get_if<Barrier>(&layer.optics)) {
+    return fmt::format("a barrier of {0}x{0} px every {1} px, {2} time slots", barrier->aperture_px,
+                       barrier->period_px, barrier->slots * barrier->slots);
+  }
+  if (const LensletArray* lenses = std::get_if<LensletArray>(&layer.optics)) {
+    return fmt::format("{} lenslets every {:g} px, {}x{} rays",
+                       lenses->lattice == LensletArray::Lattice::kSquare ? "square" : "hexagonal",
+                       lenses->pitch_px, lenses->rays, lenses->rays);
+  }
+  const Lenticular& lenses = std::get<Lenticular>(layer.optics);
+  return fmt::format("lenticular lenses of {:g} sub-pixels, {} views", lenses.subpixels_per_lens,
+                     lenses.views);
 }
 
 void AddFacts(const LayersRecord& record, const PreviewResult& result,
@@ -197,9 +220,7 @@ void AddFacts(const LayersRecord& record, const PreviewResult& result,
   add("Panels",
       fmt::format("{} x {} px of {:.4g} mm, {} layers at {}", display.width_px, display.height_px,
                   display.pitch_mm, display.layers.size(), ListOfLayers(display)));
-  const Barrier& barrier = BarrierOf(display, 0);
-  add("Barrier", fmt::format("{0}x{0} px every {1} px, {2} time slots", barrier.aperture_px,
-                             barrier.period_px, barrier.slots * barrier.slots));
+  add("Optics", OpticsInWords(layer));
   add("Brightness", fmt::format("{:.2f} % of an emitter's light reaches the eye",
                                 100 * Brightness(display, layer)));
   add("Reference view", p.reference_view);
@@ -218,6 +239,25 @@ void AddFacts(const LayersRecord& record, const PreviewResult& result,
   add("Simulated from", options.source == "frames"
                             ? "the panels' 8-bit images, decoded back"
                             : "the layers' emitter images before they become frames");
+}
+
+// The display's cut-off over depth beside the depths of the scene.
+void AddCutoff(const Workspace& workspace, const Display& display, PreviewPage& page) {
+  const Analysis analysis = Analyze(display, DepthsFor(display, SceneDepths(workspace)));
+  const SceneAnalysis scene = AnalyzeWorkspace(workspace, display, analysis);
+  page.cutoff = SvgDataUri(AnalysisFigure(display, analysis, scene));
+  page.cutoff_text = fmt::format(
+      "{:.0f} % of the reference view's known pixels lie at depths that a layer shows at the full "
+      "resolution of its lattice.",
+      100 * scene.figures.sharp_share);
+  if (scene.figures.detail_kept) {
+    page.cutoff_text += fmt::format(
+        " Of the picture's detail {:.0f} % lies below the cut-off at its depth{}.",
+        100 * *scene.figures.detail_kept,
+        scene.figures.detail_kept_beam ? fmt::format(", {:.0f} % by the beams' real widths",
+                                                     100 * *scene.figures.detail_kept_beam)
+                                       : "");
+  }
 }
 
 void AddTables(const PreviewResult& result, PreviewPage& page) {
@@ -332,6 +372,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
     page.layers.push_back(
         LayerOnPage(display.layers[l], l, layers.slots[l], slots <= kMostSlotPictures));
   }
+  AddCutoff(workspace, display, page);
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "

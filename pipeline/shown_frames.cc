@@ -8,7 +8,6 @@
 
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
-#include "pipeline/frames_record.h"
 #include "pipeline/json_file.h"
 
 namespace lamella {
@@ -83,10 +82,10 @@ JsonObject FramesJson(const fs::path& folder) {
 Shot ShotOfFrames(const fs::path& folder) {
   Shot shot;
   shot.name = "frames";
-  if (LoadStrokeFrames(folder)) {
+  if (FramesJson(folder).Has("strokes")) {
     throw InputError((folder / "frames.json").string(),
                      "has packed one-bit planes, which only a moving mirror sorts by depth",
-                     "make frames that stand still: lamella frames --frames-planes grey");
+                     "make frames that stand still: lamella frames --planes grey");
   }
   for (const JsonObject& layer : FramesJson(folder).Objects("layers")) {
     const int k = layer.Whole("slots_per_axis", 1, 32);

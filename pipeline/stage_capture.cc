@@ -7,10 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "lightfield/hash.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "pipeline/capture/hci_grid.h"
 #include "pipeline/capture/input.h"
 #include "pipeline/capture/photographs.h"
 #include "pipeline/capture_record.h"
@@ -61,12 +63,24 @@ bool HasDepth(const CapturedView& view) {
   return !view.depth.empty() && fs::exists(view.depth, error);
 }
 
+// Depth in another form than depth_file_path has is written anew in that form below `folder`.
+void TakeDepth(const fs::path& folder, CapturedView& view) {
+  if (!HasDepth(view)) return;
+  if (IsHciDisparity(view.depth)) {
+    std::vector<Channel> channels;
+    channels.push_back({"Z", ReadHciDepth(view.depth)});
+    CreateFolder(folder / "depth");
+    view.depth = folder / "depth" / (view.name + ".exr");
+    WriteExr(view.depth, channels, ExrType::kFloat);
+  }
+  view.depth_sha256 = Sha256OfFile(view.depth);
+}
+
 // What the image itself tells; throws where it does not open whole.
 ImageInfo Inspect(CapturedView& view) {
   ImageInfo info = ReadImageInfo(view.file);
   CheckImageIsWhole(view.file);
   view.sha256 = Sha256OfFile(view.file);
-  if (HasDepth(view)) view.depth_sha256 = Sha256OfFile(view.depth);
   view.orientation = info.orientation;
   view.is_plain = IsPlain(info);
   view.device = DeviceName(info);
@@ -176,7 +190,10 @@ StageReport RunCapture(const Workspace&, const CaptureOptions& options, StageRun
                                 [](const CapturedView& view) { return view.grid.has_value(); });
   const std::vector<ImageInfo> infos = InspectAll(record.views, progress);
   if (grid) CheckSizesOfGrid(record.views, infos);
-  for (std::size_t i = 0; i < infos.size(); ++i) SetCamera(record.views[i], infos[i]);
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    SetCamera(record.views[i], infos[i]);
+    TakeDepth(run.folder(), record.views[i]);
+  }
   SaveCapture(run.folder(), record);
   return Report(record.views, grid);
 }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "depth/estimate.h"
+#include "depth/warped_depth.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
@@ -20,6 +21,7 @@ namespace {
 
 constexpr std::size_t kMaxPoints = 1'000'000;
 constexpr float kPointConfidence = 0.25F;        // pixels that are less sure give no point
+constexpr int kMostWarped = 8;                   // given maps that make the map of a view without
 constexpr const char* kPassesFolder = "passes";  // maps before the last pass; removed at the end
 
 class FileStore final : public DepthStore {
@@ -52,11 +54,6 @@ class FileStore final : public DepthStore {
 
 // Depth that came with the capture: all of it is sure.
 DepthMap GivenDepth(const View& view) {
-  if (view.depth.empty()) {
-    throw InputError(view.image.string(), "came without depth",
-                     "name it in transforms.json (depth_file_path, an EXR with channel Z; for "
-                     "photographs without distortion) or leave --depth given out");
-  }
   DepthMap map;
   map.depth = LoadDepth(view.depth);
   if (map.depth.width() != view.camera.width || map.depth.height() != view.camera.height) {
@@ -71,13 +68,52 @@ DepthMap GivenDepth(const View& view) {
   return map;
 }
 
+// The views that came with depth.
+std::vector<int> GivenViews(const ViewSet& set) {
+  std::vector<int> given;
+  for (std::size_t v = 0; v < set.views.size(); ++v) {
+    if (!set.views[v].depth.empty()) given.push_back(static_cast<int>(v));
+  }
+  if (given.empty()) {
+    throw InputError(set.views.front().image.string(), "came without depth, as all others did",
+                     "name depth of at least one view in transforms.json (depth_file_path, an EXR "
+                     "with channel Z; for photographs without distortion) or leave --depth given "
+                     "out");
+  }
+  return given;
+}
+
+DepthMap DepthFromOthers(const ViewSet& set, int view, const std::vector<int>& given,
+                         FileStore& store) {
+  WarpedDepth warped(set.views[static_cast<std::size_t>(view)]);
+  for (const int v : NearestViews(set.views, view, given, kMostWarped)) {
+    warped.Add(set.views[static_cast<std::size_t>(v)], store.Load(0, v));
+  }
+  return warped.Result();
+}
+
+// Views without depth get it from those that came with it.
 DepthReport TakeGivenDepth(const ViewSet& set, FileStore& store, Progress& progress) {
-  progress.Start("given depth", static_cast<std::int64_t>(set.views.size()), "views");
-  for (int v = 0; v < static_cast<int>(set.views.size()); ++v) {
+  const std::vector<int> given = GivenViews(set);
+  const auto count = static_cast<std::int64_t>(set.views.size());
+  progress.Start("given depth", count, "views");
+  for (const int v : given) {
     if (!store.Has(0, v)) store.Save(0, v, GivenDepth(set.views[static_cast<std::size_t>(v)]));
     progress.Advance();
   }
-  return {{{"method", "given with the capture"}}, {}};
+  ParallelForEach(0, count, [&](std::int64_t i) {
+    const int v = static_cast<int>(i);
+    if (std::binary_search(given.begin(), given.end(), v)) return;
+    if (!store.Has(0, v)) store.Save(0, v, DepthFromOthers(set, v, given, store));
+    progress.Advance();
+  });
+  DepthReport report{{{"method", "given with the capture"}}, {}};
+  if (given.size() < set.views.size()) {
+    report.summary.emplace_back("from other views' depth",
+                                fmt::format("{} views, from the {} that came with depth",
+                                            set.views.size() - given.size(), given.size()));
+  }
+  return report;
 }
 
 // What a finished map is counted for.

@@ -3,64 +3,114 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "distribute/emitter_frame.h"
 #include "distribute/encode_barrier.h"
 #include "distribute/encode_varifocal.h"
+#include "distribute/one_bit.h"
+#include "distribute/stroke_order.h"
+#include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
-#include "pipeline/frames_record.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/stages.h"
+#include "pipeline/varifocal_frames.h"
 
 namespace lamella {
 namespace {
 
-constexpr int kPngLevel = 1;       // frames are many and shown once
-constexpr int kMostStrokes = 256;  // an 8-bit panel's grey
+using Json = nlohmann::ordered_json;
 
-FramesRecord RecordOf(const Display& display, const FramesOptions& options) {
-  FramesRecord record;
-  record.curve = options.response;
-  record.gamma = options.gamma;
-  if (!display.varifocal || options.planes == "grey") return record;
-  record.strokes = StrokeFrames{options.one_bit_method,
-                                options.strokes,
-                                static_cast<int>(display.layers.size()),
-                                {ChannelOrderOf(options.channel_order),
-                                 BitOrderOf(options.bit_order), options.there_and_back},
-                                true};
-  return record;
+constexpr int kFormatVersion = 1;
+constexpr int kPngLevel = 1;  // frames are many and shown once
+
+std::string FrameFile(int layer, int slot, const char* role) {
+  return fmt::format("layer_{}_slot_{}_{}.png", layer, slot, role);
 }
 
-// A PNG per layer and slot, of lenses the emitters alone. Returns how many.
-int WriteLayerFrames(const Workspace& workspace, const Display& display,
-                     const FramesOptions& options, const StageRun& run, Progress& progress) {
-  const PanelResponse response =
-      options.response == "gamma" ? PanelResponse::Gamma(options.gamma) : PanelResponse::Srgb();
-  int frames = 0;
+PanelResponse ResponseOf(const FramesOptions& options) {
+  return options.response == "gamma" ? PanelResponse::Gamma(options.gamma) : PanelResponse::Srgb();
+}
+
+// Lenses have no modulator.
+std::vector<const char*> RolesOf(const Layer& layer) {
+  if (std::holds_alternative<Barrier>(layer.optics)) return {"emitter", "modulator"};
+  return {"emitter"};
+}
+
+Json PanelJson(const Display& display) {
+  return {{"width_px", display.width_px},
+          {"height_px", display.height_px},
+          {"pitch_mm", display.pitch_mm}};
+}
+
+Json ToJson(const Display& display, const FramesOptions& options) {
+  Json layers = Json::array();
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
-    const int layer = static_cast<int>(l), k = SlotsPerAxis(display.layers[l]);
-    const bool modulated = std::holds_alternative<Barrier>(display.layers[l].optics);
-    frames += (modulated ? 2 : 1) * k * k;
-    ParallelForEach(0, k * k, [&](std::int64_t s) {
-      const int slot = static_cast<int>(s);
-      const EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
-      WriteCodes8(run.folder() / FrameFile(layer, slot, FrameRole::kEmitter),
-                  EmitterFrame(emitters, display, layer, response).span(), 95, kPngLevel);
-      if (modulated) {
-        WriteGrey8(run.folder() / FrameFile(layer, slot, FrameRole::kModulator),
-                   ModulatorFrame(display, layer, slot).span(), kPngLevel);
+    const Layer& layer = display.layers[l];
+    const int k = SlotsPerAxis(layer);
+    Json frames = Json::array();
+    for (int slot = 0; slot < k * k; ++slot) {
+      for (const char* role : RolesOf(layer)) {
+        frames.push_back({{"file", FrameFile(static_cast<int>(l), slot, role)},
+                          {"role", role},
+                          {"slot", slot},
+                          {"slot_x", slot % k},
+                          {"slot_y", slot / k}});
       }
-      progress.Advance();
-    });
+    }
+    layers.push_back({{"layer", l},
+                      {"position_mm", layer.position_mm},
+                      {"mirror_x", layer.mirror_x},
+                      {"slots_per_axis", k},
+                      {"order", SlotOrder(k)},
+                      {"frames", frames}});
   }
-  return frames;
+  Json response = {{"curve", options.response}};
+  if (options.response == "gamma") response["gamma"] = options.gamma;
+  return {{"format_version", kFormatVersion},
+          {"display", display.name},
+          {"panel", PanelJson(display)},
+          {"bit_depth", 8},
+          {"response", response},
+          {"layers", layers}};
+}
+
+Json ToJson(const Display& display, const FramesOptions& options, const StrokeFrames& frames,
+            const std::vector<std::string>& numerals) {
+  Json positions = Json::array(), strokes = Json::array();
+  for (const Layer& layer : display.layers) positions.push_back(layer.position_mm);
+  const FocusSweep sweep = display.varifocal->spacing == Varifocal::Spacing::kSinusoidal
+                               ? FocusSweep::kSinusoidal
+                               : FocusSweep::kUniform;
+  for (std::size_t stroke = 0; stroke < frames.files.size(); ++stroke) {
+    const int direction = options.there_and_back ? static_cast<int>(stroke) : 0;
+    Json planes = Json::array(), phases = Json::array();
+    for (const ShownPlane& shown : StrokeSchedule(*display.varifocal, sweep, direction)) {
+      planes.push_back(shown.plane);
+      phases.push_back(shown.phase);
+    }
+    strokes.push_back({{"file", frames.files[stroke]}, {"planes", planes}, {"phases", phases}});
+  }
+  return {{"format_version", kFormatVersion},
+          {"display", display.name},
+          {"panel", PanelJson(display)},
+          {"bit_depth", 1},
+          {"mirror_x", display.layers[0].mirror_x},
+          {"positions_mm", positions},
+          {"method", options.one_bit_method},
+          {"packing",
+           {{"channels", options.channels},
+            {"bits", options.bits},
+            {"there_and_back", options.there_and_back}}},
+          {"strokes", strokes},
+          {"numerals", numerals}};
 }
 
 void CheckOneBit(const Display& display) {
-  constexpr const char* kFix = "give --frames-planes grey: a frame of 8 bits for every plane";
+  constexpr const char* kFix = "give --planes grey: a frame of 8 bits for every plane";
   if (display.layers.size() > static_cast<std::size_t>(kMaxBitPlanes)) {
     throw UsageError(display.name,
                      fmt::format("{} planes: a frame carries {} of one bit", display.layers.size(),
@@ -75,39 +125,32 @@ void CheckOneBit(const Display& display) {
   }
 }
 
-// A packed frame per stroke, and the numerals that tell a projector's packing.
-void WriteStrokes(const Workspace& workspace, const Display& display, StrokeFrames& strokes,
-                  const StageRun& run, Progress& progress, StageReport& report) {
+StageReport RunStrokes(const Workspace& workspace, const LayersRecord& record,
+                       const FramesOptions& options, StageRun& run, Progress& progress) {
+  const Display& display = record.display;
   CheckOneBit(display);
-  CheckStrokes(strokes.strokes, strokes.packing);
-  std::vector<Image<float>> grey(display.layers.size());
-  ParallelForEach(0, strokes.planes, [&](std::int64_t plane) {
-    grey[static_cast<std::size_t>(plane)] =
-        GreyOf(LoadEmitterImage(workspace, display, static_cast<int>(plane), 0));
-    progress.Advance();
-  });
-  const BitPlanes bits =
-      OneBitPlanes(grey, display, {OneBitMethodOf(strokes.method), strokes.strokes});
-  const auto write = [&](const std::string& file, const Image<std::uint32_t>& emitters,
-                         int stroke) {
-    const Image<std::uint32_t> panel = PanelBits(emitters, display);
-    WriteCodes8(run.folder() / file,
-                PackedFrame(panel, strokes.planes, stroke, strokes.packing).span(), 95, kPngLevel);
-  };
-  ParallelForEach(0, strokes.strokes, [&](std::int64_t t) {
-    write(StrokeFile(static_cast<int>(t)), bits.strokes[static_cast<std::size_t>(t)],
-          static_cast<int>(t));
-    progress.Advance();
-  });
-  strokes.numerals = NumeralsFit(display);
-  if (!strokes.numerals) {
-    report.warnings.push_back("no numerals.png: the panel has too few lenses to show a number");
-    return;
-  }
-  const Image<std::uint32_t> numerals = NumeralPlanes(display);
-  for (int stroke = 0; stroke < NumeralStrokes(strokes); ++stroke) {
-    write(NumeralsFile(stroke), numerals, stroke);
-  }
+  progress.Start("frames", 1, "sets of strokes");
+  OneBitOptions one_bit;
+  one_bit.method = OneBitMethodOf(options.one_bit_method);
+  one_bit.strokes = options.strokes;
+  const PlanePacking packing{ChannelOrderOf(options.channels), BitOrderOf(options.bits),
+                             options.there_and_back};
+  CheckStrokes(one_bit.strokes, packing);
+  std::vector<std::string> numerals;
+  const StrokeFrames frames = WriteStrokeFrames(run.folder(), LoadLayerImages(workspace, record),
+                                                display, one_bit, packing, numerals);
+  WriteTextAtomically(run.folder() / "frames.json",
+                      ToJson(display, options, frames, numerals).dump(1) + "\n");
+  progress.Advance();
+  StageReport report;
+  report.summary = {
+      {"frames", fmt::format("{} strokes of {} one-bit planes, {} x {} px", frames.files.size(),
+                             frames.planes, display.width_px, display.height_px)},
+      {"grey", fmt::format("{}, {} levels", options.one_bit_method, options.strokes + 1)},
+      {"packing", fmt::format("{}, {}", options.channels, options.bits)}};
+  if (numerals.empty())
+    report.warnings.emplace_back("the panel is too small for frames of numerals");
+  return report;
 }
 
 }  // namespace
@@ -123,61 +166,79 @@ OptionTable Describe(FramesOptions& options) {
         {"srgb", "gamma"}},
        {"gamma", "exponent of the panels' curve where response is gamma", &options.gamma, 0.1, 10},
        {"planes",
-        "varifocal planes as packed one-bit frames, or as 8-bit frames of their own",
+        "a varifocal display's: one-bit (packed, as its projector shows them) or grey",
         &options.planes,
         {},
         {},
-        {"one-bit", "grey"}},
+        {"one-bit", "grey"},
+        "--planes"},
        {"one_bit_method",
-        "how one-bit planes make grey",
+        "how strokes of one bit make grey",
         &options.one_bit_method,
         {},
         {},
-        OneBitMethodNames()},
-       {"strokes", "of the mirror, over which one-bit planes make grey", &options.strokes, 1,
-        kMostStrokes},
-       {"channel_order",
-        "channels in the order in which the projector shows them, eight planes each",
-        &options.channel_order,
+        OneBitMethodNames(),
+        "--one-bit-method"},
+       {"strokes",
+        "after which one-bit frames repeat; even where the mirror goes there and back",
+        &options.strokes,
+        1,
+        4096,
+        {},
+        "--strokes"},
+       {"channels",
+        "which channel of a frame carries exposures 0 to 7, 8 to 15, 16 to 23",
+        &options.channels,
         {},
         {},
-        ChannelOrderNames()},
-       {"bit_order",
-        "which bit of a channel the projector shows first",
-        &options.bit_order,
+        ChannelOrderNames(),
+        "--channels"},
+       {"bits",
+        "whether a channel's first exposure is its least or most significant bit",
+        &options.bits,
         {},
         {},
-        BitOrderNames()},
+        BitOrderNames(),
+        "--bits"},
        {"there_and_back", "odd strokes show the planes from the front to the back",
         &options.there_and_back}}};
 }
 
 StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, StageRun& run,
                       Progress& progress) {
-  const Display display = LoadLayersRecord(workspace).display;
-  FramesRecord record = RecordOf(display, options);
-  StageReport report;
-  if (record.strokes) {
-    progress.Start("frames", record.strokes->planes + record.strokes->strokes, "planes, strokes");
-    WriteStrokes(workspace, display, *record.strokes, run, progress, report);
-    report.summary = {
-        {"frames",
-         fmt::format("{} of {} x {} px, {} planes of one bit in each", record.strokes->strokes,
-                     display.width_px, display.height_px, record.strokes->planes)},
-        {"grey", fmt::format("{} over {} strokes", options.one_bit_method, options.strokes)},
-        {"packing", fmt::format("{}, {}, {}", options.channel_order, options.bit_order,
-                                options.there_and_back ? "there and back" : "one way")}};
-  } else {
-    int slots = 0;
-    for (const Layer& layer : display.layers) slots += SlotsPerAxis(layer) * SlotsPerAxis(layer);
-    progress.Start("frames", slots, "slots");
-    const int frames = WriteLayerFrames(workspace, display, options, run, progress);
-    report.summary = {
-        {"frames", fmt::format("{} of {} x {} px", frames, display.width_px, display.height_px)},
-        {"slots", fmt::format("{}", slots)},
-        {"response", options.response}};
+  const LayersRecord record = LoadLayersRecord(workspace);
+  const Display& display = record.display;
+  if (display.varifocal && options.planes == "one-bit") {
+    return RunStrokes(workspace, record, options, run, progress);
   }
-  SaveFramesRecord(run.folder(), display, record);
+  const PanelResponse response = ResponseOf(options);
+  int slots = 0, frames = 0;
+  for (const Layer& layer : display.layers) {
+    const int k = SlotsPerAxis(layer);
+    slots += k * k;
+    frames += k * k * static_cast<int>(RolesOf(layer).size());
+  }
+  progress.Start("frames", slots, "slots");
+  for (std::size_t l = 0; l < display.layers.size(); ++l) {
+    const int layer = static_cast<int>(l), k = SlotsPerAxis(display.layers[l]);
+    ParallelForEach(0, k * k, [&](std::int64_t s) {
+      const int slot = static_cast<int>(s);
+      const EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
+      WriteCodes8(run.folder() / FrameFile(layer, slot, "emitter"),
+                  EmitterFrame(emitters, display, layer, response).span(), 95, kPngLevel);
+      if (RolesOf(display.layers[l]).size() == 2) {
+        WriteGrey8(run.folder() / FrameFile(layer, slot, "modulator"),
+                   ModulatorFrame(display, layer, slot).span(), kPngLevel);
+      }
+      progress.Advance();
+    });
+  }
+  WriteTextAtomically(run.folder() / "frames.json", ToJson(display, options).dump(1) + "\n");
+  StageReport report;
+  report.summary = {
+      {"frames", fmt::format("{} of {} x {} px", frames, display.width_px, display.height_px)},
+      {"slots", fmt::format("{}", slots)},
+      {"response", options.response}};
   return report;
 }
 

@@ -37,11 +37,11 @@ void ApplyQuality(Quality quality, PosesOptions& options);
 struct FramesOptions {
   std::string response = "srgb";  // of the panels, or "gamma"
   double gamma = 2.2;
-  // Of a varifocal display (distribute/one_bit.h, encode_varifocal.h).
-  std::string planes = "one-bit";  // or "grey": an 8-bit frame per plane
-  std::string one_bit_method = "sigma-delta";
-  int strokes = 16;  // that make grey together; even there and back
-  std::string channel_order = "BRG", bit_order = "lsb-first";
+  // Of a varifocal display's planes: what its one-bit projector shows, or grey emitters.
+  std::string planes = "one-bit";                    // or "grey"
+  std::string one_bit_method = "sigma-delta";        // distribute/one_bit.h
+  int strokes = 16;                                  // after which the frames repeat
+  std::string channels = "BRG", bits = "lsb-first";  // distribute/encode_varifocal.h
   bool there_and_back = true;
 };
 OptionTable Describe(FramesOptions& options);

@@ -28,6 +28,10 @@ SAME_PICTURES = ("--preview-width-px", "960")
 # Generated scenes; "poses" of the handheld ones, "depth" of the grid's.
 SCENES = {"room": "poses", "curved": "poses", "occluder": "poses", "glossy": "poses", "thin": "poses", "far-apart": "poses",
           "near-to-infinity": "poses", "slanted-plane": "depth", "charts": None}
+# Eyes of the comparison with true depth, mm, and its displays: 540 x 540 emitters' worth of paper-two-layer's rays.
+TRUE_DEPTH_EYES = "0,0;32,0;-32,0;54,0;-54,0"
+TRUE_DEPTH_DISPLAYS = {"paper": "as paper-two-layer", "effective": "layers and border by the effective plane",
+                       "lens": "square lenslets"}
 SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
 
 
@@ -196,6 +200,54 @@ def chain(bench, capture, display, quality, *options, also=lambda workspace: {})
     return take
 
 
+def two_layers(name, positions, border_offset_mm=None, lens=False):
+    """A display's file: paper-two-layer's rays on 540 x 540 emitters per slot, with other positions or with lenses.
+
+    The lens display has all slots' emitters at once: lenses as far apart as a barrier's openings of all slots, 2 px,
+    with the same steps between directions over emitters of a quarter of the pitch at a quarter of the distance. The
+    windows of such lenses do not follow the viewer, so they have 8 x 8 directions for a barrier's 6 x 6.
+    """
+    fine = 4 if lens else 1
+    border = f"border_offset_mm = {border_offset_mm}\n" if border_offset_mm is not None else ""
+    optics = ('[layer.lenslets]\nlattice = "square"\npitch_px = 8\nrays = 8\n' if lens
+              else "[layer.barrier]\nperiod_px = 6\naperture_px = 2\nslots = 3\n")
+    layers = "".join(f"\n[[layer]]\nposition_mm = {z}\nd0_mm = {5.0 / fine}\n{optics}" for z in positions)
+    return (f'format_version = 1\nname = "{name}"\nviewing_distance_mm = 600\nborder_mm = 4\n{border}\n[panel]\n'
+            f"width_px = {540 * fine}\nheight_px = {540 * fine}\npitch_mm = {PITCH_MM / fine}\n{layers}")
+
+
+DISPLAY_FILES = {"paper": two_layers("two-layer-540", (-10, 10), 0), "effective": two_layers("effective-540", (-6, 14)),
+                 "lens": two_layers("lens-540", (-10, 10), lens=True)}
+
+
+def true_depth(bench, quality):
+    """Antinous on displays: eyes from true and from estimated depth, both against direct rendering from true depth."""
+    capture = bench.data / "lightfield/hci_antinous"
+
+    def take(workspace):
+        folders = {depth: workspace.parent / depth for depth in ("given", "estimate")}
+        found = {}
+        for display, text in DISPLAY_FILES.items():
+            file = workspace.parent / "display.toml"
+            file.write_text(text)
+            found[display] = {"stages": {}, "psnr": {}}
+            for depth, folder in folders.items():
+                bench.run("run", capture, "--workspace", folder, "--display", file, "--quality", quality, "--depth", depth,
+                          *PLACEMENT[:6], "--preview-positions", 1, "--preview-eyes", TRUE_DEPTH_EYES,
+                          "--preview-eye-pixel-mm", PITCH_MM)
+                found[display]["stages"][depth] = stages(folder)
+                found[display]["psnr"][depth] = [
+                    number(bench.run("compare", "images", folder / f"preview/views/eye_further_{i:02}.png",
+                                     folders["given"] / f"preview/views/target_further_{i:02}.png", "--border", 24)[0], "mean")
+                    for i in range(TRUE_DEPTH_EYES.count(";") + 1)]
+        return found
+    return take
+
+
+def take_true_depth(bench):
+    return {q: bench.measure(f"true_depth_{q}", true_depth(bench, q)) for q in ("balanced", "best")}
+
+
 def take_all(bench):
     antinous = bench.data / "lightfield/hci_antinous"
     room = bench.room()
@@ -215,6 +267,7 @@ def take_all(bench):
                                                                   *PLACEMENT))
     results["sceaux"] = bench.measure("sceaux", chain(bench, bench.data / "handheld/sceaux_castle/images",
                                                       "paper-two-layer", "balanced"))
+    results["true_depth"] = take_true_depth(bench)
     results["scenes"] = {name: bench.measure(f"scene_{name}", scene(bench, name, judged)) for name, judged in SCENES.items()}
     return results
 
@@ -250,6 +303,26 @@ def eyes(result, key):
 def by_quality(results, name, heads, figures, costs):
     rows = [[q, *figures(results[name, q]), *costs(results[name, q])] for q in QUALITIES]
     return table(["quality", *heads, "time", "peak memory"], rows)
+
+
+def true_depth_section(results):
+    mean = lambda values: sum(values) / len(values)
+    rows = []
+    for display, q in ((display, q) for display in TRUE_DEPTH_DISPLAYS for q in results):
+        r = results[q][display]
+        given, estimated = r["psnr"]["given"], r["psnr"]["estimate"]
+        rows.append([f"{TRUE_DEPTH_DISPLAYS[display]}, {q}", f"{mean(given):.2f} dB ({min(given):.2f} to {max(given):.2f})",
+                     f"{mean(estimated):.2f} dB", f"{mean(given) - mean(estimated):+.2f} dB",
+                     *cost(r["stages"]["given"]["layers"])])
+    return """## A real light field with true depth
+
+Antinous on ±20 mm (disparities -3.131 to 2.689, one view pixel one panel pixel), eyes at 0, ±32 and ±54 mm, border
+24 px; `--depth given` takes the true disparity of the centre view and warps it to the other 80. All against direct
+rendering from true depth, the mean over each eye pixel. Displays of 540x540 emitters per slot, layers at ±10 mm, borders
+of 4 mm; by the effective plane layers stand at -6 and 14 mm with the border on z = 0. The lenses are 2 panel
+pixels apart, 8x8 directions each with a barrier's steps between them. Time and memory are of the stage layers:
+
+""" + table(["display and quality", "true depth (worst to best eye)", "estimated depth", "loss", "time", "peak memory"], rows)
 
 
 def page(results):
@@ -323,8 +396,8 @@ that at least one photograph saw; the others carry a plausible guess. Time and m
 
 Antinous, 81 views, on `paper-two-layer`: disparities -3.131 to 2.689 on ±20 mm, one view pixel one panel pixel on
 z = 0, so that neighbouring cameras are eyes 27.15 mm apart. Means over the eyes at 0, ±27.15 and ±54.3 mm, border
-24 px. *Direct* is the capture rendered at the eye without a display; the captured views there are among its inputs.
-Time and memory are of `lamella run`, all stages, the full panel of 1920x1080:
+24 px. *Direct* is the capture rendered at the eye without a display, the mean over each eye pixel; the captured views
+there are among its inputs. Time and memory are of `lamella run`, all stages, the full panel of 1920x1080:
 
 """
     figures = lambda r: [f"{eyes(r, 'simulated_to_direct'):.2f} dB", f"{eyes(r, 'simulated_to_captured'):.2f} dB",
@@ -344,6 +417,8 @@ Time and memory are of `lamella run`, all stages, the full panel of 1920x1080:
 Sceaux, photographs to page, balanced: {sceaux['stages']['poses']['summary']['registered']} registered,
 {100 * sceaux['mean']['seen']:.1f} % of the eyes' pictures seen (sky and lawn have no texture, so no depth), of these
 {sceaux['mean']['psnr_srgb_seen_db']:.1f} dB against direct rendering; the page has {sceaux['page_mib']:.1f} MiB.
+
+{true_depth_section(results["true_depth"])}
 
 ## Time and peak memory of every stage
 
@@ -401,8 +476,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name in ("program", "data", "work", "page", "readme"):
         parser.add_argument(f"--{name}", type=Path, required=True)
+    parser.add_argument("--only", choices=["true-depth"], help="measure one section and print it")
     arguments = parser.parse_args()
-    results = take_all(Bench(arguments.program.resolve(), arguments.data.resolve(), arguments.work.resolve()))
+    bench = Bench(arguments.program.resolve(), arguments.data.resolve(), arguments.work.resolve())
+    if arguments.only:
+        print(true_depth_section(take_true_depth(bench)))
+        return
+    results = take_all(bench)
     arguments.page.write_text(page(results))
     text = written(arguments.readme.read_text(), "accuracy", summary(results))
     arguments.readme.write_text(written(text, "scenes", scenes(results)))

@@ -2,19 +2,22 @@
 # Measures what lamella reaches and what it costs, with commands anyone can run, and writes
 # docs/accuracy.md and the table in README.md. Takes about half an hour on two idle cores.
 #
-#   scripts/accuracy.sh [--fresh]
+#   scripts/accuracy.sh [--fresh] [--only true-depth]
 #
 # Needs the real captures in LAMELLA_DATA (or ../shared/data beside the checkout); the generated
 # capture is made on the way. Measurements that are there already (output/accuracy/) are kept; --fresh
-# takes all of them anew, as a change of the program's code asks for.
+# takes all of them anew, as a change of the program's code asks for. --only measures one section of
+# the page and prints it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 fresh=false
+only=()
 while (($#)); do
   case "$1" in
     --fresh) fresh=true; shift ;;
-    *) echo "accuracy: unknown argument $1; usage: scripts/accuracy.sh [--fresh]" >&2; exit 2 ;;
+    --only) only=(--only "$2"); shift 2 ;;
+    *) echo "accuracy: unknown argument $1; usage: scripts/accuracy.sh [--fresh] [--only true-depth]" >&2; exit 2 ;;
   esac
 done
 
@@ -29,4 +32,4 @@ cmake --preset release --log-level=WARNING
 cmake --build --preset release --target lamella
 $fresh && rm -rf output/accuracy
 exec python3 scripts/accuracy.py --program build/release/lamella --data "$data" \
-  --work output/accuracy --page docs/accuracy.md --readme README.md
+  --work output/accuracy --page docs/accuracy.md --readme README.md "${only[@]}"

@@ -25,20 +25,12 @@ struct AnalyzeArguments {
   bool json = false;
 };
 
-// The display's depths, and the scene's as far as they would not make the display's small.
-DepthInterval DepthsFor(const Display& display, const std::string& scene) {
-  DepthInterval depths = DepthsWorthALook(display);
-  if (scene.empty()) return depths;
-  const DepthInterval of_scene = SceneDepths(Workspace(scene));
-  const double length = depths.to_mm - depths.from_mm;
-  depths.from_mm = std::min(depths.from_mm, std::max(of_scene.from_mm, depths.from_mm - length));
-  depths.to_mm = std::max(depths.to_mm, std::min(of_scene.to_mm, depths.to_mm + length));
-  return depths;
-}
-
 ExitCode RunAnalyze(const AnalyzeArguments& arguments, Progress& progress) {
   const Display display = FindDisplay(arguments.display);
-  const Analysis analysis = Analyze(display, DepthsFor(display, arguments.scene));
+  const DepthInterval depths = arguments.scene.empty()
+                                   ? DepthsWorthALook(display)
+                                   : DepthsFor(display, SceneDepths(Workspace(arguments.scene)));
+  const Analysis analysis = Analyze(display, depths);
   std::optional<SceneAnalysis> scene;
   if (!arguments.scene.empty()) {
     scene = AnalyzeWorkspace(Workspace(arguments.scene), display, analysis);

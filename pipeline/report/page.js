@@ -257,6 +257,16 @@ function showLayers() {
   showSlot(0);
 }
 
+// ---- Resolution over depth ----
+
+function showCutoff() {
+  if (!data.cutoff) return;
+  byId('cutoff').hidden = false;
+  byId('cutoff-figure').src = data.cutoff;
+  byId('cutoff-figure').alt = 'Cut-off frequency over depth, and the scene\u2019s depths';
+  byId('cutoff-caption').textContent = data.cutoff_text;
+}
+
 // ---- Numbers ----
 
 function showFacts() {
@@ -324,6 +334,7 @@ canvas.height = eyes.height;
 canvas.style.setProperty('--aspect', eyes.width / eyes.height);
 showCapture();
 showLayers();
+showCutoff();
 showFacts();
 showMetrics();
 drawMap();

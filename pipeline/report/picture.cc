@@ -47,6 +47,10 @@ std::string DataUri(ImageSpan<const Rgb8> codes, const std::string& format, int 
   return "data:image/" + format + ";base64," + Base64(EncodeCodes8(codes, format, jpeg_quality));
 }
 
+std::string SvgDataUri(const std::string& svg) {
+  return "data:image/svg+xml;base64," + Base64(svg);
+}
+
 DepthScale ScaleOf(const std::vector<const DepthMap*>& maps) {
   std::vector<float> inverse;
   for (const DepthMap* map : maps) {

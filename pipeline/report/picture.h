@@ -15,6 +15,9 @@ Image<Rgb8> PageCodes(ImageSpan<const Rgb> linear, int max_width);
 // "data:image/...;base64,..." of a PNG (format "png") or JPEG ("jpeg").
 std::string DataUri(ImageSpan<const Rgb8> codes, const std::string& format, int jpeg_quality = 85);
 
+// The same of an SVG's text.
+std::string SvgDataUri(const std::string& svg);
+
 // Inverse depths that get the first (far) and the last (near) colour of the scale; 1 / world units.
 struct DepthScale {
   double far_inverse = 0, near_inverse = 1;

@@ -79,10 +79,13 @@ Json ToJson(const PreviewPage& page) {
                       {"seconds", stage.seconds},
                       {"peak_memory_mib", stage.peak_memory_mib}});
   }
-  return {{"title", page.title},       {"subtitle", page.subtitle}, {"foot", page.foot},
-          {"eyes", Eyes(page)},        {"depth", Depth(page)},      {"layers", Layers(page)},
-          {"slots", page.slots},       {"facts", page.facts},       {"stages", stages},
-          {"warnings", page.warnings}, {"metrics", Metrics(page)}};
+  return {{"title", page.title},     {"subtitle", page.subtitle},
+          {"foot", page.foot},       {"eyes", Eyes(page)},
+          {"depth", Depth(page)},    {"layers", Layers(page)},
+          {"slots", page.slots},     {"facts", page.facts},
+          {"cutoff", page.cutoff},   {"cutoff_text", page.cutoff_text},
+          {"stages", stages},        {"warnings", page.warnings},
+          {"metrics", Metrics(page)}};
 }
 
 // JSON inside a script element: a "</script>" or "<!--" in a view's name must not end it.

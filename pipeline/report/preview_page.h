@@ -51,7 +51,8 @@ struct PreviewPage {
   std::vector<std::pair<double, std::string>> depth_ticks;  // share of the scale, text
   std::string depth_note;
   std::vector<PageLayer> layers;
-  int slots = 0;  // of a layer
+  std::string cutoff, cutoff_text;  // a figure, and what it says in words; empty: none
+  int slots = 0;                    // of a layer
   std::vector<std::pair<std::string, std::string>> facts;
   std::vector<PageStage> stages;
   std::vector<std::string> warnings;

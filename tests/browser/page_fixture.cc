@@ -112,6 +112,8 @@ PreviewPage Page() {
     page.layers.push_back(layer);
   }
   page.slots = 9;
+  page.cutoff = SvgDataUri("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 64 32'/>");
+  page.cutoff_text = "80 % are <b>sharp</b>";
   page.facts = {{"Display", display.name}};
   page.stages = {{"layers", 1.5, 100}};
   page.warnings = {"a warning with <i>markup</i>"};

@@ -151,6 +151,12 @@ class PageTest(unittest.TestCase):
         self.assertIn("<i>markup</i>", self.browser.run("return document.getElementById('warnings').textContent;"))
         self.assertEqual(self.browser.run("return document.querySelectorAll('main i, main b').length;"), 0)
 
+    def test_shows_the_cut_off_over_depth(self):
+        shown = self.browser.run("const i = document.getElementById('cutoff-figure');"
+                                 "return [document.getElementById('cutoff').hidden, i.naturalWidth > 0,"
+                                 " document.getElementById('cutoff-caption').textContent];")
+        self.assertEqual(shown, [False, True, "80 % are <b>sharp</b>"])
+
     def test_fits_a_phone_and_changes_its_colours(self):
         for size in ((1280, 900, False), (390, 800, True)):
             with self.subTest(size=size), Browser(*size) as browser:

@@ -6,6 +6,7 @@
 #include "distribute/encode_barrier.h"
 #include "lightfield/color.h"
 #include "lightfield/lenslet_map.h"
+#include "tests/reference/analytic_scene.h"
 
 namespace lamella {
 namespace {
@@ -67,27 +68,31 @@ TEST(EmitterFrame, ShowsNothingWhereNothingIsKnown) {
   EXPECT_EQ(EmitterFrame(image, display, 0, PanelResponse::Srgb())(5, 5), Rgb8());
 }
 
-TEST(EmitterFrame, KeepsGuardPixelsBlack) {
-  Display display = Small("paper-varifocal");
-  display.layers.resize(1);
+// Distribution gives them no coverage, whatever the scene.
+TEST(EmitterFrame, HasBlackGuardPixels) {
+  Display display = FindDisplay("paper-varifocal");
+  display.width_px = 39;
+  display.height_px = 36;
   display.varifocal.reset();
+  display.layers.resize(1);
   display.layers[0].mirror_x = true;
-  EmitterImage image = Numbered(display);
-  for (int y = 0; y < 24; ++y) {
-    for (int x = 0; x < 36; ++x) image.color(x, y) = {1, 1, 1};
-  }
-  const Image<Rgb8> frame = EmitterFrame(image, display, 0, PanelResponse::Srgb());
+  AnalyticScene scene;
+  scene.rectangles = {{display.layers[0].position_mm, -1e9, 1e9, -1e9, 1e9, [](double, double) {
+                         return Rgb{1, 1, 1};
+                       }}};
+  const LayerImages images = Distribute(scene, display, {}, SilentProgress());
+  const Image<Rgb8> frame = EmitterFrame(images.slots[0][0], display, 0, PanelResponse::Srgb());
   const LensletMap map(display, 0);
   int lit = 0;
-  for (int y = 0; y < 24; ++y) {
-    for (int x = 0; x < 36; ++x) {
+  for (int y = 0; y < 36; ++y) {
+    for (int x = 0; x < 39; ++x) {
       const bool ray = map.Pixel(x, y).has_value();
       lit += ray ? 1 : 0;
-      EXPECT_EQ(frame(35 - x, y), ray ? (Rgb8{255, 255, 255}) : Rgb8()) << x << " " << y;
+      EXPECT_EQ(frame(38 - x, y), ray ? (Rgb8{255, 255, 255}) : Rgb8()) << x << " " << y;
     }
   }
-  // Two whole lenses of 6 x 6 rays in the first row, two in the second: 13 px wide, 11.26 px high.
-  EXPECT_EQ(lit, 4 * 36);
+  // Whole lenses of 13 x 11.26 pixels with 6 x 6 rays: 3, 2, and 3 in a row.
+  EXPECT_EQ(lit, 8 * 36);
 }
 
 TEST(EmitterFrame, KeepsTheChannelsOfALenticularInTheirPixel) {

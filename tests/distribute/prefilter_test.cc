@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "distribute/displays.h"
+#include "lightfield/ray_map.h"
 
 namespace lamella {
 namespace {
@@ -18,6 +19,13 @@ Display Small(bool shear) {
   display.height_px = 96;
   display.shear = shear;
   return display;
+}
+
+enum class Axis { kColumns, kRows };
+
+std::vector<EmitterBeam> BeamsAlong(Axis axis, const Display& display, int layer) {
+  LayerBeams beams = BeamsOf(display, layer, 0, display.emitter_rows());
+  return axis == Axis::kColumns ? beams.columns.at(0) : beams.rows;
 }
 
 struct Setting {
@@ -64,12 +72,14 @@ TEST_P(Overlaps, AreTheSharesOfTheBeamsLines) {
   const auto [shear, layer, content, axis, kernel] = GetParam();
   const Display display = Small(shear);
   const RayMap map(display, layer);
+  const std::vector<EmitterBeam> beams = BeamsAlong(axis, display, layer);
+  const double z = map.position_mm();
   const AimPlane aim{shear, 600};
-  const AimRange range = AimsOf(map, axis, aim, kernel);
+  const AimRange range = AimsOf(beams, z, aim, kernel);
   const double step = display.pitch_mm / 5 * (shear ? 600 : 1);
   const NodeAxis nodes{range.min, step, static_cast<int>((range.max - range.min) / step) + 2};
   const SampleAxis samples{-30.3, 0.29};
-  const AxisOverlaps overlaps = OverlapsOf(map, axis, aim, content, nodes, samples, kernel);
+  const AxisOverlaps overlaps = OverlapsOf(beams, z, aim, content, nodes, samples, kernel);
   for (const auto& [slot, index] : {std::pair(0, 20), std::pair(1, 3), std::pair(2, 90)}) {
     const auto beam = axis == Axis::kColumns ? map.Column(slot, index) : map.Row(slot, index);
     ASSERT_TRUE(beam);
@@ -107,12 +117,12 @@ TEST(OverlapsOf, GivesARayTheCellThatItPasses) {
   const Display display = Small(true);
   const RayMap map(display, 1);
   const AimPlane aim{true, 600};
-  const AimRange range = AimsOf(map, Axis::kColumns, aim, Kernel::kRay);
+  const std::vector<EmitterBeam> beams = BeamsAlong(Axis::kColumns, display, 1);
+  const double layer = map.position_mm();
+  const AimRange range = AimsOf(beams, layer, aim, Kernel::kRay);
   const NodeAxis nodes{range.min, 17.3, static_cast<int>((range.max - range.min) / 17.3) + 2};
   const SampleAxis samples{-30.3, 0.29};
-  const double layer = map.position_mm();
-  const AxisOverlaps overlaps =
-      OverlapsOf(map, Axis::kColumns, aim, layer, nodes, samples, Kernel::kRay);
+  const AxisOverlaps overlaps = OverlapsOf(beams, layer, aim, layer, nodes, samples, Kernel::kRay);
   int rays = 0;
   for (int node = 0; node < nodes.count; ++node) {
     for (const Overlap& o : overlaps.nodes[static_cast<std::size_t>(node)]) {
@@ -134,10 +144,11 @@ TEST(OverlapsOf, GivesEveryEmitterWithABeamAWeightOfOne) {
     const Display display = Small(shear);
     const RayMap map(display, 0);
     const AimPlane aim{shear, 600};
-    const AimRange range = AimsOf(map, Axis::kColumns, aim);
+    const std::vector<EmitterBeam> beams = BeamsAlong(Axis::kColumns, display, 0);
+    const AimRange range = AimsOf(beams, -10, aim);
     const double step = (range.max - range.min) / 7.3;
     const AxisOverlaps overlaps =
-        OverlapsOf(map, Axis::kColumns, aim, -10, {range.min + step / 2, step, 8}, {0, 0.3113});
+        OverlapsOf(beams, -10, aim, -10, {range.min + step / 2, step, 8}, {0, 0.3113});
     std::map<std::pair<int, int>, double> sums;
     for (const std::vector<Overlap>& node : overlaps.nodes) {
       for (const Overlap& o : node) {

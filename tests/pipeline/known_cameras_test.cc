@@ -2,12 +2,15 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <numbers>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "lightfield/error.h"
+#include "lightfield/image.h"
+#include "pipeline/capture/hci_grid.h"
 #include "pipeline/capture/transforms_json.h"
 #include "pipeline/poses/model.h"
 #include "tests/scratch.h"
@@ -165,6 +168,43 @@ TEST(HciGrid, MovesAPointByItsDisparityAndNotAtAllOnTheFocusPlane) {
   ASSERT_TRUE(grid);
   EXPECT_NEAR(grid->DisparityFromInverseDepth(1 / z), disparity, 1e-9);
   EXPECT_NEAR(grid->inverse_depth_of_zero_disparity, 0.25, 1e-12);
+}
+
+// A grid of 3 x 3 views of 4 x 2 px, f = 8 px, B = 0.5 m, focus at 4 m; disparities (px) of the
+// centre view from the top row on.
+fs::path SmallGridWithDisparity(const std::vector<float>& disparities, int width = 4) {
+  fs::path folder = ScratchFolder();
+  WriteFile(folder / "parameters.cfg",
+            "[intrinsics]\nfocal_length_mm = 70\nimage_resolution_x_px = 4\n"
+            "image_resolution_y_px = 2\nsensor_size_mm = 35\n[extrinsics]\nnum_cams_x = 3\n"
+            "num_cams_y = 3\nbaseline_mm = 500\nfocus_distance_m = 4\n");
+  WriteFile(folder / "input_Cam004.png", "");
+  const int height = static_cast<int>(disparities.size()) / width;
+  std::string pfm = "Pf\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1\n";
+  for (int y = height - 1; y >= 0; --y) {
+    pfm.append(reinterpret_cast<const char*>(disparities.data() + y * width),
+               static_cast<std::size_t>(width) * sizeof(float));
+  }
+  WriteFile(folder / "gt_disp_lowres.pfm", pfm);
+  return folder;
+}
+
+TEST(HciGrid, HasItsTrueDisparityAsDepthOfTheCentreView) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  // d = f B (1/Z - 1/Zf) = 4 (1/Z - 1/4): at Z = 4, 2, 1, 8; -1 is infinity.
+  const fs::path folder = SmallGridWithDisparity({0, 1, 3, -0.5F, -1, -1.5F, nan, 7});
+  for (const View& view : ReadKnownCameras(folder)) {
+    EXPECT_EQ(view.depth.empty(), view.name != "input_Cam004") << view.name;
+  }
+  const Image<float> depth = ReadHciDepth(folder / "gt_disp_lowres.pfm");
+  const float infinite = std::numeric_limits<float>::infinity();
+  const float expected[] = {4, 2, 1, 8, infinite, infinite, 0, 0.5F};
+  for (std::size_t i = 0; i < depth.size(); ++i) EXPECT_FLOAT_EQ(depth.data()[i], expected[i]) << i;
+}
+
+TEST(HciGrid, RefusesDisparityOfAnotherSize) {
+  const fs::path folder = SmallGridWithDisparity({0, 1, 3, 4, 5, 6}, 3);
+  EXPECT_THROW(ReadHciDepth(folder / "gt_disp_lowres.pfm"), Error);
 }
 
 TEST(KnownCameras, OfAFolderWithoutAnyAreRefused) {

@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "distribute/displays.h"
 #include "lightfield/atomic_file.h"
@@ -57,61 +56,27 @@ TEST(LayersRecord, ReadsBackWhatItWrote) {
   }
 }
 
-Display Lenses() {
-  Display display = FindDisplay("paper-two-layer");
-  display.layers[0].optics =
-      LensletArray{LensletArray::Lattice::kSquare, 7.3, 5, 0.25, -1.0 / 3, false, 2.8};
-  display.layers[0].magnification = 1.0 / 3;
-  display.layers[1].optics = Lenticular{4.5, -1.0 / 6, 9, 0.1, 1.7};
-  display.layers[1].mirror_x = true;
-  return display;
-}
-
-Display Relayed() {
-  Display display = FindDisplay("paper-varifocal");
-  display.varifocal->spacing = Varifocal::Spacing::kSinusoidal;
-  display.varifocal->relay_focal_mm = 700.0 / 3;
-  display.varifocal->magnification0 = 0.9;
-  display.border_mm = 1;  // planes are nearest to each other at the ends
-  display.layers = PlanesOf(*display.varifocal, display.layers[0]);
-  return display;
-}
-
-TEST(LayersRecord, ReadsBackEveryDisplay) {
-  const Workspace workspace(ScratchFolder());
-  CreateFolder(workspace.Stage("layers"));
-  for (const Display& display :
-       {Lenses(), Relayed(), FindDisplay("paper-varifocal"), FindDisplay("paper-two-layer")}) {
-    LayersRecord record = Record();
-    record.display = display;
-    SaveLayersRecord(workspace.Stage("layers"), record);
-    EXPECT_EQ(LoadLayersRecord(workspace).display, display) << display.name;
-  }
-}
-
-TEST(LayersRecord, ReadsFilesOfVersionsThatKnewBarriersOnly) {
-  const Workspace workspace(ScratchFolder());
-  CreateFolder(workspace.Stage("layers"));
-  SaveLayersRecord(workspace.Stage("layers"), Record());
-  const auto path = workspace.Stage("layers") / "layers.json";
-  nlohmann::json json = nlohmann::json::parse(ReadText(path));
-  for (auto& layer : json.at("display").at("layer")) layer.erase("magnification");
-  EXPECT_EQ(json.at("display").at("layer").at(0).size(), 4U);  // position, d0, mirror, barrier
-  WriteTextAtomically(path, json.dump());
-  EXPECT_EQ(LoadLayersRecord(workspace).display, Record().display);
-}
-
-TEST(LayersRecord, NamesAFileForEveryPlane) {
+TEST(LayersRecord, KeepsDisplaysOfAnyOptics) {
   const Workspace workspace(ScratchFolder());
   CreateFolder(workspace.Stage("layers"));
   LayersRecord record = Record();
-  record.display = FindDisplay("paper-varifocal");
-  SaveLayersRecord(workspace.Stage("layers"), record);
-  const auto json = nlohmann::json::parse(ReadText(workspace.Stage("layers") / "layers.json"));
-  ASSERT_EQ(json.at("emitters").size(), 24U);
-  EXPECT_EQ(json.at("emitters").at(23).at("file"), "layer_23_slot_0.exr");
-  EXPECT_EQ(json.at("display").at("varifocal").at("relay_focal_mm"), "inf");
-  EXPECT_EQ(json.at("display").at("layer").size(), 1U);
+  Display lenticular = FindDisplay("paper-one-layer");
+  lenticular.layers[0].optics = Lenticular{4.5, -1.0 / 6, 9, 0.25, 4};
+  Display lenslets = FindDisplay("paper-two-layer");
+  lenslets.layers[0].optics =
+      LensletArray{LensletArray::Lattice::kSquare, 7.3, 5, 0.25, -1.0 / 3, false, 2.8};
+  lenslets.layers[0].magnification = 1.0 / 3;
+  Display relayed = FindDisplay("paper-varifocal");
+  relayed.border_mm = 1;
+  relayed.varifocal->spacing = Varifocal::Spacing::kSinusoidal;
+  relayed.varifocal->relay_focal_mm = 700.0 / 3;
+  relayed.varifocal->magnification0 = 0.9;
+  relayed.layers = PlanesOf(*relayed.varifocal, relayed.layers[0]);
+  for (const Display& display : {FindDisplay("paper-varifocal"), lenticular, lenslets, relayed}) {
+    record.display = display;
+    SaveLayersRecord(workspace.Stage("layers"), record);
+    EXPECT_EQ(LoadLayersRecord(workspace).display, display);
+  }
 }
 
 TEST(LayersRecord, RefusesWhatItCannotUse) {
@@ -127,9 +92,11 @@ TEST(LayersRecord, RefusesWhatItCannotUse) {
   };
   EXPECT_THAT(refusal(), HasSubstr("layers.json"));
   const auto path = workspace.Stage("layers") / "layers.json";
-  WriteTextAtomically(path, "{\"format_version\": 2}");
+  WriteTextAtomically(path, "{\"format_version\": 3}");
   EXPECT_THAT(refusal(), HasSubstr("newer lamella"));
   WriteTextAtomically(path, "{\"format_version\": 1}");
+  EXPECT_THAT(refusal(), HasSubstr("older lamella; run `lamella layers` again"));
+  WriteTextAtomically(path, "{\"format_version\": 2}");
   EXPECT_THAT(refusal(), HasSubstr("is damaged; run `lamella layers` again"));
   WriteTextAtomically(path, "{");
   EXPECT_THAT(refusal(), HasSubstr("is damaged"));

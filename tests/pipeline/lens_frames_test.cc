@@ -16,7 +16,6 @@
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/lenslet_map.h"
-#include "pipeline/frames_record.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/panel_images.h"
 #include "pipeline/shown_frames.h"
@@ -59,6 +58,12 @@ Display LenticularSheet() {
   return display;
 }
 
+bool Lit(const Display& display, int layer, int x, int y) {
+  return !std::holds_alternative<LensletArray>(
+             display.layers[static_cast<std::size_t>(layer)].optics) ||
+         LensletMap(display, layer).Pixel(x, y).has_value();
+}
+
 // Light that tells layer, place and channel apart; unknown at (1, 1), and more than white at one
 // place.
 EmitterImage Light(const Display& display, int layer) {
@@ -70,6 +75,13 @@ EmitterImage Light(const Display& display, int layer) {
         return static_cast<float>(0.5 + 0.5 * std::sin(f * (x + 0.7 * y) + layer));
       };
       image.color(x, y) = {wave(0.1), wave(0.23), wave(0.37)};
+    }
+  }
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      if (Lit(display, layer, x, y)) continue;
+      image.color(x, y) = {};
+      image.coverage(x, y) = 0;
     }
   }
   image.color(1, 1) = {};
@@ -116,16 +128,10 @@ double CodeOf(float light) {
   return 255 * static_cast<double>(LinearToSrgb(std::clamp(light, 0.0F, 1.0F)));
 }
 
-bool Lit(const Display& display, int layer, int x, int y) {
-  return !std::holds_alternative<LensletArray>(
-             display.layers[static_cast<std::size_t>(layer)].optics) ||
-         LensletMap(display, layer).Pixel(x, y).has_value();
-}
-
 void ExpectTheLayersLight(const Workspace& workspace, const Display& display) {
   const LayersRecord record = LoadLayersRecord(workspace);
   const LayerImages layers = LoadLayerImages(workspace, record);
-  const LayerImages shown = LoadPanelImages(workspace, record);
+  const LayerImages shown = LoadPanelImages(workspace, record).layers;
   EXPECT_EQ(shown.seen_share, 0.5);
   ASSERT_EQ(shown.slots.size(), display.layers.size());
   for (std::size_t l = 0; l < shown.slots.size(); ++l) {
@@ -154,7 +160,6 @@ TEST(LensFrames, GiveTheLightOfTheLayersBackWithinHalfACode) {
   EXPECT_TRUE(std::filesystem::exists(folder / "layer_0_slot_0_emitter.png"));
   EXPECT_FALSE(std::filesystem::exists(folder / "layer_0_slot_0_modulator.png"));
   const auto json = nlohmann::json::parse(ReadText(folder / "frames.json"));
-  EXPECT_EQ(json.at("layers").at(0).at("optics"), "lenslets");
   EXPECT_EQ(json.at("layers").at(0).at("mirror_x"), true);
   EXPECT_EQ(json.at("layers").at(1).at("frames").size(), 1U);
   EXPECT_EQ(json.at("layers").at(1).at("frames").at(0).at("role"), "emitter");
@@ -166,8 +171,7 @@ TEST(LensFrames, KeepTheStripesOfALenticularInTheirPixel) {
   MakeFrames(workspace);
   ExpectTheLayersLight(workspace, display);
   // The panel is seen in a mirror: emitter column 3 is pixel column 36, red stays red.
-  const Image<Rgb8> frame =
-      ReadSrgb8(workspace.Stage("frames") / FrameFile(0, 0, FrameRole::kEmitter));
+  const Image<Rgb8> frame = ReadSrgb8(workspace.Stage("frames") / "layer_0_slot_0_emitter.png");
   const Rgb light = Light(display, 0).color(3, 7);
   EXPECT_NEAR(frame(36, 7).r, CodeOf(light.r), 0.6);
   EXPECT_NEAR(frame(36, 7).g, CodeOf(light.g), 0.6);
@@ -182,7 +186,6 @@ TEST(LensFrames, AreAVarifocalDisplaysGreyPlanesWhereAsked) {
   options.planes = "grey";
   MakeFrames(workspace, options);
   ExpectTheLayersLight(workspace, display);
-  EXPECT_FALSE(LoadStrokeFrames(workspace.Stage("frames")));
   const Shot shot = ShotOfFrames(workspace.Stage("frames"));
   ASSERT_EQ(shot.layers.size(), 24U);
   EXPECT_THAT(shot.layers[5].modulator, ::testing::ElementsAre("white"));
@@ -210,12 +213,12 @@ TEST_P(OneBitFrames, AddUpToTheLightOfThePlanes) {
     FramesOptions options;
     options.one_bit_method = GetParam();
     options.strokes = 8;
-    options.channel_order = "GRB";
-    options.bit_order = "msb-first";
+    options.channels = "GRB";
+    options.bits = "msb-first";
     EXPECT_TRUE(MakeFrames(workspace, options).warnings.empty());
     const LayersRecord record = LoadLayersRecord(workspace);
     const LayerImages layers = LoadLayerImages(workspace, record);
-    const LayerImages shown = LoadPanelImages(workspace, record);
+    const LayerImages shown = LoadPanelImages(workspace, record).layers;
     ASSERT_EQ(shown.slots.size(), 24U);
     // Diffusion is right over neighbouring lenses of one direction, an emitter alone to a stroke
     // and what its neighbours gave it.
@@ -244,57 +247,43 @@ TEST(PackedStrokes, UnpackToTheBitsThatWerePacked) {
   const Workspace workspace = WithLayers(display);
   MakeFrames(workspace);
   const auto folder = workspace.Stage("frames");
-  const StrokeFrames strokes = *LoadStrokeFrames(folder);
-  EXPECT_EQ(strokes.strokes, 16);
-  EXPECT_EQ(strokes.packing, PlanePacking());
   const BitPlanes bits =
       OneBitPlanes(LoadLayerImages(workspace, LoadLayersRecord(workspace)), display, {});
+  const auto json = nlohmann::json::parse(ReadText(folder / "frames.json"));
+  ASSERT_EQ(json.at("strokes").size(), 16U);
   for (int t = 0; t < 16; ++t) {
-    const Image<std::uint32_t> unpacked = EmitterBits(
-        UnpackedFrame(ReadSrgb8(folder / StrokeFile(t)).span(), 24, t, strokes.packing), display);
+    const std::string file = json.at("strokes").at(static_cast<std::size_t>(t)).at("file");
+    const Image<std::uint32_t> unpacked =
+        EmitterBits(UnpackedFrame(ReadSrgb8(folder / file).span(), 24, t, {}), display);
     const Image<std::uint32_t>& packed = bits.strokes[static_cast<std::size_t>(t)];
     EXPECT_TRUE(std::equal(packed.data(), packed.data() + packed.size(), unpacked.data())) << t;
   }
+  const Image<std::uint32_t> numerals = PanelBits(NumeralPlanes(display), display);
+  ASSERT_EQ(json.at("numerals").size(), 2U);
+  for (int t = 0; t < 2; ++t) {
+    const std::string file = json.at("numerals").at(static_cast<std::size_t>(t));
+    const Image<std::uint32_t> read = UnpackedFrame(ReadSrgb8(folder / file).span(), 24, t, {});
+    EXPECT_TRUE(std::equal(read.data(), read.data() + read.size(), numerals.data()));
+  }
 }
 
-TEST(PackedStrokes, TellADriverAllThatItNeeds) {
-  const Display display = SmallVarifocal();
-  const Workspace workspace = WithLayers(display);
+TEST(PackedStrokes, TellADriverWhatComesWhen) {
+  const Workspace workspace = WithLayers(SmallVarifocal());
   MakeFrames(workspace);
-  const auto folder = workspace.Stage("frames");
-  const auto json = nlohmann::json::parse(ReadText(folder / "frames.json"));
-  EXPECT_EQ(json.at("format_version"), 1);
+  const auto json = nlohmann::json::parse(ReadText(workspace.Stage("frames") / "frames.json"));
   EXPECT_EQ(json.at("bit_depth"), 1);
-  EXPECT_EQ(json.at("response").at("curve"), "none");
-  EXPECT_EQ(json.at("layers").size(), 24U);
-  EXPECT_TRUE(json.at("layers").at(3).at("frames").empty());
-  const auto& strokes = json.at("strokes");
-  EXPECT_EQ(strokes.at("count"), 16);
-  EXPECT_EQ(strokes.at("mirror_x"), false);
-  EXPECT_EQ(strokes.at("packing").at("channel_order"), "BRG");
-  EXPECT_EQ(strokes.at("packing").at("bit_order"), "lsb-first");
-  EXPECT_EQ(strokes.at("packing").at("there_and_back"), true);
-  EXPECT_EQ(strokes.at("timing").at("rising").at("planes").at(0), 0);
-  EXPECT_EQ(strokes.at("timing").at("falling").at("planes").at(0), 23);
-  // Evenly spaced planes under an even sweep: middles of 24 equal times.
-  const auto& phases = strokes.at("timing").at("falling").at("phases").at("uniform");
-  ASSERT_EQ(phases.size(), 24U);
-  for (std::size_t i = 0; i < 24; ++i) {
-    EXPECT_NEAR(phases.at(i).get<double>(), (static_cast<double>(i) + 0.5) / 24, 1e-12);
-  }
-  ASSERT_EQ(strokes.at("frames").size(), 16U);
-  EXPECT_EQ(strokes.at("frames").at(3).at("direction"), "falling");
-  for (const char* list : {"frames", "numerals"}) {
-    for (const auto& frame : strokes.at(list)) {
-      EXPECT_TRUE(std::filesystem::exists(folder / frame.at("file").get<std::string>())) << frame;
+  EXPECT_EQ(json.at("packing").at("channels"), "BRG");
+  EXPECT_EQ(json.at("packing").at("bits"), "lsb-first");
+  EXPECT_EQ(json.at("packing").at("there_and_back"), true);
+  EXPECT_FALSE(json.contains("response"));  // codes are bits
+  for (std::size_t t = 0; t < 16; ++t) {
+    const auto& stroke = json.at("strokes").at(t);
+    for (std::size_t i = 0; i < 24; ++i) {
+      EXPECT_EQ(stroke.at("planes").at(i), t % 2 == 0 ? i : 23 - i);
+      // Evenly spaced planes under an even sweep: the middles of 24 equal times.
+      EXPECT_NEAR(stroke.at("phases").at(i).get<double>(), (static_cast<double>(i) + 0.5) / 24,
+                  1e-12);
     }
-  }
-  ASSERT_EQ(strokes.at("numerals").size(), 2U);
-  const Image<std::uint32_t> numerals = PanelBits(NumeralPlanes(display), display);
-  for (int t = 0; t < 2; ++t) {
-    const Image<std::uint32_t> read =
-        UnpackedFrame(ReadSrgb8(folder / NumeralsFile(t)).span(), 24, t, PlanePacking());
-    EXPECT_TRUE(std::equal(read.data(), read.data() + read.size(), numerals.data()));
   }
 }
 
@@ -304,11 +293,9 @@ TEST(PackedStrokes, GoOneWayWhereTheMirrorFliesBackUnseen) {
   options.strokes = 3;
   options.there_and_back = false;
   MakeFrames(workspace, options);
-  const auto folder = workspace.Stage("frames");
-  const auto json = nlohmann::json::parse(ReadText(folder / "frames.json"));
-  EXPECT_FALSE(json.at("strokes").at("timing").contains("falling"));
-  EXPECT_EQ(json.at("strokes").at("numerals").size(), 1U);
-  EXPECT_FALSE(std::filesystem::exists(folder / "numerals_back.png"));
+  const auto json = nlohmann::json::parse(ReadText(workspace.Stage("frames") / "frames.json"));
+  EXPECT_EQ(json.at("strokes").at(1).at("planes").at(0), 0);
+  EXPECT_EQ(json.at("numerals").size(), 1U);
 }
 
 TEST(PackedStrokes, SayWhatCannotBeDone) {
@@ -319,11 +306,11 @@ TEST(PackedStrokes, SayWhatCannotBeDone) {
   EXPECT_THAT(Refusal([&] { MakeFrames(workspace, odd); }), HasSubstr("use an even number"));
   MakeFrames(workspace);
   EXPECT_THAT(Refusal([&] { ShotOfFrames(workspace.Stage("frames")); }),
-              HasSubstr("lamella frames --frames-planes grey"));
+              HasSubstr("lamella frames --planes grey"));
   display.varifocal->planes = 25;
   display.layers = PlanesOf(*display.varifocal, display.layers[0]);
   const Workspace many = WithLayers(display);
-  EXPECT_THAT(Refusal([&] { MakeFrames(many); }), HasSubstr("--frames-planes grey"));
+  EXPECT_THAT(Refusal([&] { MakeFrames(many); }), HasSubstr("--planes grey"));
   display.varifocal->planes = 3;
   display.layers[0].optics = Barrier{6, 2, 1};
   display.layers = PlanesOf(*display.varifocal, display.layers[0]);
@@ -338,8 +325,8 @@ TEST(PackedStrokes, WarnWhereThePanelIsTooSmallForNumerals) {
   const Workspace workspace = WithLayers(display);
   const StageReport report = MakeFrames(workspace);
   ASSERT_EQ(report.warnings.size(), 1U);
-  EXPECT_THAT(report.warnings[0], HasSubstr("numerals.png"));
-  EXPECT_FALSE(std::filesystem::exists(workspace.Stage("frames") / "numerals.png"));
+  EXPECT_THAT(report.warnings[0], HasSubstr("numerals"));
+  EXPECT_FALSE(std::filesystem::exists(workspace.Stage("frames") / "numerals_00.png"));
 }
 
 }  // namespace

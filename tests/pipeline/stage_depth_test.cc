@@ -6,9 +6,11 @@
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
+#include "pipeline/capture/transforms_json.h"
 #include "pipeline/depth_record.h"
 #include "pipeline/poses_record.h"
 #include "pipeline/stages.h"
+#include "pipeline/synth_scene.h"
 #include "tests/depth/synthetic.h"
 #include "tests/scratch.h"
 
@@ -104,6 +106,57 @@ TEST(StageDepth, TakesTheDepthThatCameWithTheCapture) {
     EXPECT_EQ(map.confidence(3, 4), 0);
     EXPECT_TRUE(std::isinf(map.depth(5, 6)));
     EXPECT_EQ(map.confidence(5, 6), 1);
+  }
+}
+
+// What capture, poses and depth make of `capture` with --depth given.
+StageReport RunGiven(const Workspace& workspace, const fs::path& capture) {
+  CaptureOptions options;
+  options.input = capture.string();
+  StageRun captured(workspace, "capture", "", "");
+  captured.Commit(RunCapture(workspace, options, captured, SilentProgress()), 0, 0);
+  StageRun posed(workspace, "poses", "", "");
+  posed.Commit(RunPoses(workspace, {}, posed, SilentProgress()), 0, 0);
+  DepthOptions given;
+  given.source = "given";
+  StageRun run(workspace, "depth", "", "");
+  return RunDepth(workspace, given, run, SilentProgress());
+}
+
+// A generated grid of cards before a wall; all but the centre view's depth is left out.
+TEST(StageDepth, ViewsWithoutDepthGetItFromThoseThatCameWithIt) {
+  const fs::path root = ScratchFolder(), scene = root / "scene";
+  Recipe recipe = FindRecipe("occluder");
+  recipe.layout.layout = "grid";
+  recipe.layout.views = 9;
+  recipe.layout.spacing = 0.04;
+  recipe.layout.width_px = 240;
+  SynthScene(std::move(recipe), scene, SilentProgress());
+  TransformsJson transforms = ReadTransformsJson(scene);
+  for (View& view : transforms.views) {
+    if (view.grid != GridPosition{1, 1}) view.depth.clear();
+  }
+  WriteTransformsJson(scene / "transforms.json", transforms);
+  const Workspace workspace(root / "W");
+  const StageReport report = RunGiven(workspace, scene);
+  EXPECT_EQ(report.summary[1].second, "8 views, from the 1 that came with depth");
+
+  for (const View& view : transforms.views) {
+    const DepthMap map = LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr"));
+    const Image<float> truth = LoadDepth(scene / "depth" / (view.name + ".exr"));
+    int good = 0, guessed = 0, good_guesses = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const float error = std::abs(map.depth.data()[i] - truth.data()[i]);
+      const bool is_good = error < 0.005F * truth.data()[i];
+      const bool is_guess = map.confidence.data()[i] < 0.5F;
+      guessed += is_guess;
+      good += is_good && !is_guess;
+      good_guesses += is_good && is_guess;
+    }
+    const int sure = static_cast<int>(truth.size()) - guessed;
+    EXPECT_GT(good, 0.985 * sure) << view.name;  // all but the pixels at the cards' edges
+    EXPECT_LT(guessed, 0.06 * static_cast<double>(truth.size()));
+    EXPECT_GE(good_guesses, 0.6 * guessed) << view.name;  // the wall behind
   }
 }
 

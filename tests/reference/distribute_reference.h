@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "distribute/distribute.h"
-#include "lightfield/ray_map.h"
+#include "lightfield/layer_map.h"
 #include "tests/reference/analytic_scene.h"
 
 namespace lamella {
@@ -25,31 +26,38 @@ inline double ReferenceWeight(const Display& display, int layer, double z) {
   return in_front(layer - 1) - in_front(layer);
 }
 
-// m x m x m x m rays a beam: midpoints of cells of the opening and of the emitter. A lens bends all
-// light of a point of the emitter into the direction through the opening's middle.
+// Rays of a beam from places of the emitter, b, through places of the element, a, both shares of
+// their widths in [-1/2, 1/2]: displays.md section 1.3 with kappa = 1/d0 - 1/f.
+inline Ray ReferenceRay(const Beam& beam, double layer_mm, const Eigen::Vector2d& a,
+                        const Eigen::Vector2d& b, bool lens) {
+  const auto slope = [lens](const AxisBeam& axis, double at, double from) {
+    const double kappa = lens ? 0 : 1 / axis.d0_mm - axis.power_per_mm;
+    return (axis.element_mm - axis.emitter_mm - from * axis.emitter_width_mm) / axis.d0_mm +
+           kappa * at * axis.aperture_mm;
+  };
+  return {{beam.x.element_mm + a.x() * beam.x.aperture_mm,
+           beam.y.element_mm + a.y() * beam.y.aperture_mm, layer_mm},
+          -Eigen::Vector3d(slope(beam.x, a.x(), b.x()), slope(beam.y, a.y(), b.y()), 1)};
+}
+
+// m x m x m x m rays a beam: midpoints of cells of the element and of the emitter. `lens`: as if
+// each element bent all light of a point of the emitter into the direction through its own middle.
+// Colours are those of one channel's beam where sub-pixels differ.
 inline EmitterImage ReferenceEmitters(const AnalyticScene& scene, const Display& display, int layer,
-                                      int slot, int m, bool lens = false) {
-  const RayMap map(display, layer);
-  const int k = map.slots_per_axis();
-  EmitterImage image{Image<Rgb>(map.columns(), map.rows()),
-                     Image<float>(map.columns(), map.rows())};
+                                      int slot, int m, bool lens = false, int channel = 0) {
+  const LayerMap map(display, layer);
+  EmitterImage image{Image<Rgb>(display.emitter_columns(), display.emitter_rows()),
+                     Image<float>(display.emitter_columns(), display.emitter_rows())};
   const auto cell = [m](int i) { return (i + 0.5) / m - 0.5; };
-  for (int row = 0; row < map.rows(); ++row) {
-    for (int column = 0; column < map.columns(); ++column) {
-      const auto x = map.Column(slot % k, column), y = map.Row(slot / k, row);
-      if (!x || !y) continue;
+  for (int row = 0; row < image.color.height(); ++row) {
+    for (int column = 0; column < image.color.width(); ++column) {
+      const std::optional<Beam> beam = map.BeamOf(slot, channel, column, row);
+      if (!beam) continue;
       double light[3] = {0, 0, 0}, coverage = 0;
       for (int i = 0; i < m * m * m * m; ++i) {
-        const double ax = cell(i % m), bx = cell(i / m % m), ay = cell(i / m / m % m),
-                     by = cell(i / m / m / m);
-        const Eigen::Vector3d from(x->emitter_mm + bx * x->emitter_width_mm,
-                                   y->emitter_mm + by * y->emitter_width_mm,
-                                   map.position_mm() - map.d0_mm());
-        const Eigen::Vector3d through(x->element_mm + ax * x->aperture_mm,
-                                      y->element_mm + ay * y->aperture_mm, map.position_mm());
-        const Eigen::Vector3d middle(x->element_mm, y->element_mm, map.position_mm());
         const RaySample sample =
-            scene.Trace(lens ? Ray{through, from - middle} : Ray{from, from - through});
+            scene.Trace(ReferenceRay(*beam, map.position_mm(), {cell(i % m), cell(i / m / m % m)},
+                                     {cell(i / m % m), cell(i / m / m / m)}, lens));
         const double weight = ReferenceWeight(display, layer, static_cast<double>(sample.z)) *
                               static_cast<double>(sample.coverage);
         light[0] += weight * static_cast<double>(sample.color.r);

@@ -1,0 +1,159 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "distribute/accumulate_kernels.cc"
+#include "distribute/accumulate_kernels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace lamella {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// The four floats of a Light, or as many of them as a vector has.
+using LightTag = hn::CappedTag<float, 4>;
+constexpr std::size_t kStep = hn::MaxLanes(LightTag());
+
+#if HWY_TARGET == HWY_SCALAR
+
+void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
+             Light* out) {
+  for (int i = 0; i < count; ++i) {
+    const RaySample& sample = samples[i];
+    const float light = sample.color.r + sample.color.g + sample.color.b;
+    out[i] = Light();
+    if (!(sample.coverage > 0 && std::isfinite(light))) continue;
+    const float scale = weights.Weight(layer, sample.z) * sample.coverage;
+    out[i] = {scale * sample.color.r, scale * sample.color.g, scale * sample.color.b,
+              sample.coverage};
+  }
+}
+
+#else
+
+// A sample is three pairs of floats, (r, g), (b, z), (confidence, coverage), and a Light two. Pairs
+// are lanes here, so that no float has to be moved to another place.
+using PairTag = hn::ScalableTag<std::uint64_t>;
+using FloatTag = hn::Repartition<float, PairTag>;
+using Floats = hn::VFromD<FloatTag>;
+static_assert(sizeof(RaySample) == 24 && sizeof(Light) == 16);
+
+// Share of the depths in the odd lanes that lies in front of the border, in the same lanes.
+Floats InFront(Floats z, const LayerWeights::Border& border) {
+  const FloatTag d;
+  const auto one = hn::Set(d, 1.0F), at = hn::Set(d, border.at_mm);
+  if (border.per_mm == 0) return hn::IfThenElseZero(hn::Ge(z, at), one);
+  const auto t = hn::Add(hn::Mul(hn::Sub(z, at), hn::Set(d, border.per_mm)), hn::Set(d, 0.5F));
+  // Nothing of NaN.
+  return hn::IfThenElseZero(hn::Gt(t, hn::Zero(d)), hn::Min(t, one));
+}
+
+// As many samples as there are pairs in a vector.
+void TakePairs(const RaySample* samples, const LayerWeights::Border* behind,
+               const LayerWeights::Border* before, Light* out) {
+  const PairTag pairs;
+  const FloatTag d;
+  hn::VFromD<PairTag> rg_pairs, bz_pairs, cc_pairs;
+  hn::LoadInterleaved3(pairs, reinterpret_cast<const std::uint64_t*>(samples), rg_pairs, bz_pairs,
+                       cc_pairs);
+  const Floats rg = hn::BitCast(d, rg_pairs), bz = hn::BitCast(d, bz_pairs),
+               cc = hn::BitCast(d, cc_pairs);
+  Floats weight = behind != nullptr ? InFront(bz, *behind) : hn::Set(d, 1.0F);
+  if (before != nullptr) weight = hn::Sub(weight, InFront(bz, *before));
+  const auto light = hn::Add(hn::Add(hn::DupEven(rg), hn::DupOdd(rg)), hn::DupEven(bz));
+  const auto coverage = hn::DupOdd(cc);
+  const auto known = hn::And(hn::IsFinite(light), hn::Gt(coverage, hn::Zero(d)));
+  const auto scale = hn::Mul(hn::DupOdd(weight), coverage);
+  const auto first = hn::IfThenElseZero(known, hn::Mul(rg, scale));
+  const auto second = hn::IfThenElseZero(known, hn::OddEven(coverage, hn::Mul(bz, scale)));
+  hn::StoreInterleaved2(hn::BitCast(pairs, first), hn::BitCast(pairs, second), pairs,
+                        reinterpret_cast<std::uint64_t*>(out));
+}
+
+void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
+             Light* out) {
+  const auto *behind = weights.Behind(layer), *before = weights.Before(layer);
+  const int step = static_cast<int>(hn::Lanes(PairTag()));
+  int i = 0;
+  for (; i + step <= count; i += step) TakePairs(samples + i, behind, before, out + i);
+  if (i == count) return;
+  std::array<RaySample, hn::MaxLanes(PairTag())> rest{};
+  std::array<Light, hn::MaxLanes(PairTag())> taken;
+  std::copy(samples + i, samples + count, rest.begin());
+  TakePairs(rest.data(), behind, before, taken.data());
+  std::copy_n(taken.begin(), count - i, out + i);
+}
+
+#endif  // HWY_SCALAR
+
+void FilterRow(const Light* row, int first_x, const std::vector<Overlap>& overlaps,
+               const float* weights, Light* out) {
+  const LightTag d;
+  for (const Overlap& overlap : overlaps) {
+    const float* sample = &row[overlap.first_sample - first_x].r;
+    const float* weight = weights + overlap.weights;
+    for (std::size_t c = 0; c < 4; c += kStep) {
+      auto sum = hn::Mul(hn::Set(d, weight[0]), hn::Load(d, sample + c));
+      for (int i = 1; i < overlap.num_samples; ++i) {
+        sum = hn::Add(sum, hn::Mul(hn::Set(d, weight[i]), hn::Load(d, sample + 4 * i + c)));
+      }
+      hn::Store(sum, d, &out->r + c);
+    }
+    ++out;
+  }
+}
+
+// Of the floats [first, end), as many at a time as `d` has lanes.
+template <class D>
+std::size_t AddRowsBy(D d, const Light* const* rows, const float* weights, int taps,
+                      std::size_t first, std::size_t end, Light* sums) {
+  std::size_t i = first;
+  for (; i + hn::Lanes(d) <= end; i += hn::Lanes(d)) {
+    auto sum = hn::LoadU(d, &sums->r + i);
+    for (int t = 0; t < taps; ++t) {
+      sum = hn::Add(sum, hn::Mul(hn::Set(d, weights[t]), hn::LoadU(d, &rows[t]->r + i)));
+    }
+    hn::StoreU(sum, d, &sums->r + i);
+  }
+  return i;
+}
+
+void AddRows(const Light* const* rows, const float* weights, int taps, int count, Light* sums) {
+  const std::size_t floats = 4 * static_cast<std::size_t>(count);
+  const std::size_t done =
+      AddRowsBy(hn::ScalableTag<float>(), rows, weights, taps, 0, floats, sums);
+  AddRowsBy(LightTag(), rows, weights, taps, done, floats, sums);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace lamella
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace lamella {
+
+HWY_EXPORT(TakeRow);
+HWY_EXPORT(FilterRow);
+HWY_EXPORT(AddRows);
+
+void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
+             Light* out) {
+  HWY_DYNAMIC_DISPATCH(TakeRow)(samples, count, weights, layer, out);
+}
+
+void FilterRow(const Light* row, int first_x, const std::vector<Overlap>& overlaps,
+               const float* weights, Light* out) {
+  HWY_DYNAMIC_DISPATCH(FilterRow)(row, first_x, overlaps, weights, out);
+}
+
+void AddRows(const Light* const* rows, const float* weights, int taps, int count, Light* sums) {
+  HWY_DYNAMIC_DISPATCH(AddRows)(rows, weights, taps, count, sums);
+}
+
+}  // namespace lamella
+#endif  // HWY_ONCE

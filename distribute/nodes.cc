@@ -1,0 +1,142 @@
+#include "distribute/nodes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lamella {
+namespace {
+
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
+AimRange AllAims(const Display& display, const std::vector<LayerBeams>& beams, bool rows,
+                 const AimPlane& aim, Kernel kernel) {
+  AimRange all{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  const auto add = [&](std::size_t layer, const std::vector<EmitterBeam>& some) {
+    const AimRange range = AimsOf(some, display.layers[layer].position_mm, aim, kernel);
+    all.min = std::min(all.min, range.min);
+    all.max = std::max(all.max, range.max);
+  };
+  for (std::size_t layer = 0; layer < beams.size(); ++layer) {
+    if (rows) add(layer, beams[layer].rows);
+    if (rows) continue;
+    for (const auto& family : beams[layer].columns) add(layer, family);
+  }
+  return all;
+}
+
+// Nodes every `step` that cover the range, one of them in the middle of an emitter's fan of aims
+// where its number of directions is even as well as where it is odd.
+NodeAxis CoverRange(const AimRange& range, double step, bool even) {
+  if (!(range.min <= range.max)) return {0, step, 0};  // no emitter is lit
+  const double offset = even ? 0.5 : 0.0;
+  const double first = std::floor(range.min / step - offset + 0.5);
+  const double last = std::floor(range.max / step - offset + 0.5);
+  return {(first + offset) * step, step, static_cast<int>(last - first) + 1};
+}
+
+// Between neighbouring directions of the layer that tells them apart most finely, as an aim.
+double StepOfAims(const Display& display) {
+  double step = std::numeric_limits<double>::infinity();
+  for (const Layer& layer : display.layers) {
+    step = std::min(step, DirectionStepMm(display, layer) / layer.seen_d0_mm());
+  }
+  return step * (display.shear ? display.viewing_distance_mm : 1.0);
+}
+
+void AddRanges(const AxisOverlaps& overlaps, std::vector<SampleRange>& ranges) {
+  for (int node = 0; node < static_cast<int>(ranges.size()); ++node) {
+    const SampleRange range = SamplesOf({&overlaps}, node);
+    SampleRange& all = ranges[Index(node)];
+    if (range.size() == 0) continue;
+    if (all.size() == 0) all = range;
+    all = {std::min(all.first, range.first), std::max(all.end, range.end)};
+  }
+}
+
+// Where within their cells a node's aim and its samples lie, per axis in [-1/2, 1/2).
+struct Scatter {
+  double aim_x = 0, aim_y = 0, sample_x = 0, sample_y = 0;
+};
+
+Scatter ScatterOf(const NodeLattice& nodes, int node_x, int node_y) {
+  if (!nodes.scatter) return {};
+  constexpr double kRoot = 1.1673039782614187;
+  const double n = node_y * static_cast<double>(nodes.x.count) + node_x + 1;
+  double step = 1;
+  const auto next = [&] {
+    step /= kRoot;
+    const double point = n * step;
+    return point - std::floor(point) - 0.5;
+  };
+  Scatter scatter;
+  scatter.aim_x = next();
+  scatter.aim_y = next();
+  scatter.sample_x = next();
+  scatter.sample_y = next();
+  return scatter;
+}
+
+}  // namespace
+
+SampleRange SamplesOf(const std::vector<const AxisOverlaps*>& axes, int node) {
+  SampleRange range{std::numeric_limits<int>::max(), std::numeric_limits<int>::min()};
+  for (const AxisOverlaps* axis : axes) {
+    for (const Overlap& overlap : axis->nodes[Index(node)]) {
+      range.first = std::min(range.first, overlap.first_sample);
+      range.end = std::max(range.end, overlap.first_sample + overlap.num_samples);
+    }
+  }
+  return range.first < range.end ? range : SampleRange{};
+}
+
+NodeLattice NodesFor(const Display& display, const std::vector<LayerBeams>& beams,
+                     int nodes_per_step, int samples_per_pixel, Kernel kernel) {
+  NodeLattice nodes;
+  nodes.aim = {display.shear, display.viewing_distance_mm};
+  const double step = StepOfAims(display) / nodes_per_step;
+  const Layer& first = display.layers[0];
+  const bool even = DirectionsPerAxis(first) % 2 == 0;
+  nodes.x = CoverRange(AllAims(display, beams, false, nodes.aim, kernel), step, even);
+  // A lenticular sheet has no fan along y.
+  nodes.y = CoverRange(AllAims(display, beams, true, nodes.aim, kernel), step,
+                       even && !HasRowFamilies(first));
+  const double size = display.emitter_pitch_mm() / samples_per_pixel;
+  nodes.sample_x = {-display.width_mm() / 2, size};
+  nodes.sample_y = {-display.height_mm() / 2, size};
+  nodes.samples_x.resize(Index(nodes.x.count));
+  nodes.samples_y.resize(Index(nodes.y.count));
+  for (std::size_t layer = 0; layer < beams.size(); ++layer) {
+    const double z = display.layers[layer].position_mm;
+    for (const auto& family : beams[layer].columns) {
+      AddRanges(OverlapsOf(family, z, nodes.aim, z, nodes.x, nodes.sample_x, kernel),
+                nodes.samples_x);
+    }
+    AddRanges(OverlapsOf(beams[layer].rows, z, nodes.aim, z, nodes.y, nodes.sample_y, kernel),
+              nodes.samples_y);
+  }
+  return nodes;
+}
+
+RayBundle RaysOfNode(const NodeLattice& nodes, int node_x, int node_y) {
+  RayBundle bundle;
+  const Scatter scatter = ScatterOf(nodes, node_x, node_y);
+  const double aim_x = nodes.x.Centre(node_x) + scatter.aim_x * nodes.x.step;
+  const double aim_y = -(nodes.y.Centre(node_y) + scatter.aim_y * nodes.y.step);
+  if (nodes.aim.points) {
+    bundle.centre = {aim_x, aim_y, nodes.aim.distance_mm, 1};
+  } else {
+    bundle.centre = {aim_x, aim_y, 1, 0};
+  }
+  const SampleRange &x = nodes.samples_x[Index(node_x)], &y = nodes.samples_y[Index(node_y)];
+  const SampleAxis &along_x = nodes.sample_x, &along_y = nodes.sample_y;
+  bundle.origin = {along_x.origin_mm + (x.first + scatter.sample_x) * along_x.size_mm,
+                   -(along_y.origin_mm + (y.first + scatter.sample_y) * along_y.size_mm), 0};
+  bundle.dx = {along_x.size_mm, 0, 0};
+  bundle.dy = {0, -along_y.size_mm, 0};
+  bundle.width = x.size();
+  bundle.height = y.size();
+  return bundle;
+}
+
+}  // namespace lamella
