@@ -151,7 +151,7 @@ void CheckLayer(const Display& display, std::size_t index, const Checker& check)
   check.Require(display.border_mm <= spacing,
                 fmt::format("border_mm = {} is wider than the {} mm between layers {} and {}",
                             display.border_mm, spacing, index - 1, index),
-                "give a border_mm of at most the spacing of neighbouring layers");
+                "give at most the spacing of neighbouring layers");
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST(SceneDepths, RefusesAWorkspaceWithoutLayers) {
 
 // A capture of one view and its placement for a display: all that the scene's analysis reads.
 Workspace PlacedFor(const Display& display, const std::filesystem::path& root) {
-  const Workspace workspace(root / "W");
+  Workspace workspace(root / "W");
   for (const char* stage : {"poses", "depth", "layers"}) CreateFolder(workspace.Stage(stage));
   testing_scene::TexturedRectangle wall;
   wall.centre = {0, 0, 9};

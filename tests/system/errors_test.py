@@ -47,7 +47,7 @@ class CommandLine(SystemTest):
                 ("pitch_mm", "0", "pitch_mm = 0", "give"), ("pitch_mm", "nan", "pitch_mm = nan", "give"),
                 ("position_mm", "4", "layers 0 and 1 are at 4 and 4 mm", "position_mm"),
                 ("slots", "4", "slots = 4", "divide the period"), ("aperture_px", "3", "aperture_px = 3", "parity"),
-                ("period_px", "0", "period_px = 0", "give"), ("width_px", "600000000", "emitters", "at most"),
+                ("period_px", "0", "period_px = 0", "give"), ("width_px", "600000000", "pixels", "at most"),
                 ("border_mm", "21", "border_mm = 21", "give at most"),
                 ("viewing_distance_mm", "3", "viewing_distance_mm = 3", "in front"),
                 ("binning_px", "1\ngapp = 3", "gapp", "did you mean")):
