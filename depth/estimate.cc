@@ -21,9 +21,10 @@ OptionTable Describe(DepthOptions& o) {
       "depth",
       {
           {.name = "source",
-           .help = "estimate: from the photographs; given: what came with the capture "
-                   "(depth_file_path of transforms.json, an HCI grid's true disparity); views without "
-                   "any get it from those that have it",
+           .help =
+               "estimate: from the photographs; given: what came with the capture "
+               "(depth_file_path of transforms.json, an HCI grid's true disparity); views without "
+               "any get it from those that have it",
            .value = &o.source,
            .choices = {"estimate", "given"},
            .flag = "--depth"},

@@ -34,16 +34,22 @@ std::vector<Cover> Covers(int from, int to) {
 }  // namespace
 
 Image<Rgb> ResizeArea(ImageSpan<const Rgb> image, int width, int height) {
-  const std::vector<Cover> columns = Covers(image.width, width);
-  const std::vector<Cover> rows = Covers(image.height, height);
+  return ResizeArea(
+      image.width, image.height, [&](int y, Rgb*) { return image.row(y); }, width, height);
+}
+
+Image<Rgb> ResizeArea(int image_width, int image_height, const RowOf& row_of, int width,
+                      int height) {
+  const std::vector<Cover> columns = Covers(image_width, width);
+  const std::vector<Cover> rows = Covers(image_height, height);
   Image<Rgb> resized(width, height);
   ParallelFor(0, height, 16, [&](std::int64_t first, std::int64_t last) {
-    std::vector<Rgb> line(static_cast<std::size_t>(image.width));
+    std::vector<Rgb> line(static_cast<std::size_t>(image_width)), buffer(line.size());
     for (std::int64_t y = first; y < last; ++y) {
       const Cover& row = rows[static_cast<std::size_t>(y)];
       std::fill(line.begin(), line.end(), Rgb());
       for (std::size_t j = 0; j < row.weights.size(); ++j) {
-        const Rgb* from = image.row(row.first + static_cast<int>(j));
+        const Rgb* from = row_of(row.first + static_cast<int>(j), buffer.data());
         for (std::size_t x = 0; x < line.size(); ++x) line[x] += row.weights[j] * from[x];
       }
       for (int x = 0; x < width; ++x) {

@@ -20,7 +20,7 @@ struct SourceView {
   Eigen::Matrix4d view_from_world;  // homogeneous point to m (x, y, 1, 1/Z), colour px
   Eigen::Vector3d centre;
   std::vector<DepthLevel> depth;
-  std::vector<ColorLevel> color;
+  ColorPyramid color;
   // Softness of the visibility test in inverse depth: absolute + relative * inverse depth.
   double softness_absolute = 0, softness_relative = 0;
   std::vector<Eigen::Vector4d> samples;  // a few of its surface's points, homogeneous

@@ -195,6 +195,24 @@ ColorLevel Padded(const Image<Rgb>& color, Rgb gain, int picture_width, int pict
   return level;
 }
 
+float FloatFromHalf(std::uint16_t half) {
+  if (half < 0x0400) return std::ldexp(static_cast<float>(half), -24);
+  return std::bit_cast<float>((static_cast<std::uint32_t>(half) << 13) + ((127U - 15U) << 23));
+}
+
+// A smaller level of the picture whose first level is `whole`.
+ColorLevel Reduced(const ColorLevel& whole, int width, int height) {
+  const auto row = [&](int y, Rgb* buffer) -> const Rgb* {
+    const ColorLevel::Pixel* from = whole.pixels.row(y + ColorLevel::kPad) + ColorLevel::kPad;
+    for (int x = 0; x < whole.width; ++x) {
+      buffer[x] = {FloatFromHalf(from[x].r), FloatFromHalf(from[x].g), FloatFromHalf(from[x].b)};
+    }
+    return buffer;
+  };
+  return Padded(ResizeArea(whole.width, whole.height, row, width, height), {1, 1, 1}, whole.width,
+                whole.height);
+}
+
 }  // namespace
 
 bool SurfaceRule::Joined(float a, float b, float c, float d) const {
@@ -232,22 +250,29 @@ std::vector<DepthLevel> DepthPyramid(const DepthMap& depth, int color_width, int
   return levels;
 }
 
-std::vector<ColorLevel> ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent) {
-  gain = std::ldexp(1.0F, exponent) * gain;
-  std::vector<Image<Rgb>> pictures;
-  std::vector<ColorLevel> levels;
-  levels.push_back(Padded(color, gain, color.width(), color.height()));
-  for (int l = 1;; ++l) {
+ColorPyramid::ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent) {
+  for (int l = 0;; ++l) {
     const double scale = std::exp2(-0.5 * l);
     const int width = std::max(1, static_cast<int>(std::lround(color.width() * scale)));
     const int height = std::max(1, static_cast<int>(std::lround(color.height() * scale)));
-    if (std::max(width, height) < kSmallestColorLevel) break;
-    // From two levels up, where the ratio is about 2: filters of filters would widen.
-    const Image<Rgb>& from = l < 3 ? color : pictures[static_cast<std::size_t>(l - 3)];
-    pictures.push_back(ResizeArea(from.span(), width, height));
-    levels.push_back(Padded(pictures.back(), gain, color.width(), color.height()));
+    if (l > 0 && std::max(width, height) < kSmallestColorLevel) break;
+    levels_.push_back(std::make_unique<Lazy>());
+    levels_.back()->width = width;
+    levels_.back()->height = height;
   }
-  return levels;
+  std::call_once(levels_[0]->made, [&] {
+    levels_[0]->level =
+        Padded(color, std::ldexp(1.0F, exponent) * gain, color.width(), color.height());
+  });
+}
+
+const ColorLevel& ColorPyramid::operator[](std::size_t level) const {
+  Lazy& lazy = *levels_[level];
+  // Rays of other threads wait for the level meanwhile.
+  std::call_once(lazy.made, [&] {
+    Isolated([&] { lazy.level = Reduced(levels_[0]->level, lazy.width, lazy.height); });
+  });
+  return lazy.level;
 }
 
 int ColorExponent(float largest) {

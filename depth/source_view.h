@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include <Eigen/Core>
@@ -84,9 +86,26 @@ struct ColorLevel {
   Image<Pixel> pixels;             // (width + 4) x (height + 4)
 };
 
-// Level l is about 2^(-l/2) as large as the picture (area-filtered), so that the nearest level is
-// at most 2^(1/4) off a wanted scale. Colours are multiplied by `gain` and 2^exponent.
-std::vector<ColorLevel> ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent);
+// A view's colours at every scale: level l is about 2^(-l/2) as large as the picture
+// (area-filtered), so that the nearest level is at most 2^(1/4) off a wanted scale. Levels above 0
+// are made when they are first asked for: a display needs one or two of a photograph's.
+class ColorPyramid {
+ public:
+  ColorPyramid() = default;
+  // Colours are multiplied by `gain` and 2^exponent.
+  ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent);
+
+  std::size_t size() const { return levels_.size(); }
+  const ColorLevel& operator[](std::size_t level) const;  // from any thread
+
+ private:
+  struct Lazy {
+    int width = 0, height = 0;
+    std::once_flag made;
+    ColorLevel level;
+  };
+  std::vector<std::unique_ptr<Lazy>> levels_;
+};
 
 // The exponent with which the largest colour is just below the largest half float, so that 40
 // binary orders of magnitude fit below it.

@@ -14,7 +14,7 @@
 namespace lamella {
 namespace {
 
-constexpr double kLargestStretch = 1;      // px of the target between neighbours of one surface
+constexpr double kLargestStretch = 1;       // px of the target between neighbours of one surface
 constexpr float kGuessedConfidence = 0.1F;  // below what layers and points take as sure
 
 Eigen::Matrix4d TargetFromLevel(const View& target, const View& given, const DepthLevel& level) {
@@ -28,8 +28,7 @@ Eigen::Matrix4d TargetFromLevel(const View& target, const View& given, const Dep
 }  // namespace
 
 WarpedDepth::WarpedDepth(const View& target)
-    : target_(target),
-      inverse_depth_(target.camera.width, target.camera.height, kNoSurface) {}
+    : target_(target), inverse_depth_(target.camera.width, target.camera.height, kNoSurface) {}
 
 void WarpedDepth::Add(const View& given, const DepthMap& depth) {
   const double baseline =

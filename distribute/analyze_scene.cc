@@ -6,6 +6,7 @@
 #include <complex>
 #include <numbers>
 
+#include "lightfield/color.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -35,10 +36,6 @@ Waves MakeWaves() {
   return waves;
 }
 
-double Luminance(const Rgb& color) {
-  return static_cast<double>(0.2126F * color.r + 0.7152F * color.g + 0.0722F * color.b);
-}
-
 using Block = std::array<std::array<double, kBlock>, kBlock>;
 
 Block WindowedBlock(const Waves& waves, ImageSpan<const Rgb> picture, int left, int top) {
@@ -46,7 +43,8 @@ Block WindowedBlock(const Waves& waves, ImageSpan<const Rgb> picture, int left, 
   double sum = 0, weights = 0;
   for (std::size_t y = 0; y < kBlock; ++y) {
     for (std::size_t x = 0; x < kBlock; ++x) {
-      block[y][x] = Luminance(picture(left + static_cast<int>(x), top + static_cast<int>(y)));
+      block[y][x] = static_cast<double>(
+          Luminance(picture(left + static_cast<int>(x), top + static_cast<int>(y))));
       sum += waves.window[x] * waves.window[y] * block[y][x];
       weights += waves.window[x] * waves.window[y];
     }

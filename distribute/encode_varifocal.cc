@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "distribute/direction_lattice.h"
+#include "distribute/panel_pixels-inl.h"
 #include "distribute/stroke_order.h"
 #include "lightfield/error.h"
 #include "lightfield/lenslet_map.h"
@@ -120,15 +121,12 @@ BitOrder BitOrderOf(std::string_view name) {
 }
 
 Image<std::uint32_t> PanelBits(const Image<std::uint32_t>& emitters, const Display& display) {
-  Image<std::uint32_t> panel(display.width_px, display.height_px);
-  const int binning = display.binning_px;
-  const bool mirror = display.layers.at(0).mirror_x;  // all planes are one panel's
-  for (int y = 0; y < display.height_px; ++y) {
-    std::uint32_t* row = panel.row(y);
-    for (int x = 0; x < display.width_px; ++x) row[x] = emitters(x / binning, y / binning);
-    if (mirror) std::reverse(row, row + display.width_px);
-  }
-  return panel;
+  return PanelFromEmitters<std::uint32_t>(display, display.layers.at(0), emitters.height(),
+                                          [&](int x, int y) { return emitters(x, y); });
+}
+
+Image<std::uint32_t> EmitterBits(const Image<std::uint32_t>& panel, const Display& display) {
+  return EmittersFromPanel(display, display.layers.at(0), panel.span());
 }
 
 Image<Rgb8> PackedFrame(const Image<std::uint32_t>& bits, int planes, int stroke,
@@ -177,15 +175,16 @@ Image<std::uint32_t> UnpackedFrame(ImageSpan<const Rgb8> frame, int planes, int 
   return bits;
 }
 
+void CheckStrokes(int strokes, const PlanePacking& packing) {
+  if (!packing.there_and_back || strokes % 2 == 0) return;
+  throw UsageError("strokes",
+                   std::to_string(strokes) + " of them cannot be repeated there and back",
+                   "use an even number");
+}
+
 std::vector<Image<Rgb8>> PackedFrames(const BitPlanes& bits, const Display& display,
                                       const PlanePacking& packing) {
-  if (packing.there_and_back && bits.strokes.size() % 2 != 0) {
-    throw UsageError("strokes",
-                     std::to_string(bits.strokes.size()) +
-                         " of them cannot be repeated there and "
-                         "back",
-                     "use an even number");
-  }
+  CheckStrokes(static_cast<int>(bits.strokes.size()), packing);
   std::vector<Image<Rgb8>> frames;
   for (std::size_t t = 0; t < bits.strokes.size(); ++t) {
     frames.push_back(PackedFrame(PanelBits(bits.strokes[t], display), bits.planes,
@@ -194,20 +193,29 @@ std::vector<Image<Rgb8>> PackedFrames(const BitPlanes& bits, const Display& disp
   return frames;
 }
 
+bool NumeralsFit(const Display& display) {
+  const NumeralCells cells(static_cast<int>(display.layers.size()), display.emitter_columns(),
+                           display.emitter_rows());
+  return std::all_of(display.layers.begin(), display.layers.end(), [&](const Layer& layer) {
+    const LensletArray* lenses = std::get_if<LensletArray>(&layer.optics);
+    return lenses == nullptr || cells.square >= lenses->pitch_px;
+  });
+}
+
 Image<std::uint32_t> NumeralPlanes(const Display& display) {
   const int planes = static_cast<int>(display.layers.size());
   CheckPlanes(planes);
   const int columns = display.emitter_columns(), rows = display.emitter_rows();
+  if (!NumeralsFit(display)) {
+    throw UsageError(display.name,
+                     "too few lenses for the numbers of " + std::to_string(planes) + " planes",
+                     "use a larger panel or fewer planes");
+  }
   const NumeralCells cells(planes, columns, rows);
   Image<std::uint32_t> bits(columns, rows);
   const auto lattices = DirectionsOfAll(display);
   for (int plane = 0; plane < planes; ++plane) {
     const DirectionLattice& lattice = *lattices[static_cast<std::size_t>(plane)];
-    if (cells.square < lattice.lenses.pitch_px) {
-      throw UsageError(display.name,
-                       "too few lenses for the numbers of " + std::to_string(planes) + " planes",
-                       "use a larger panel or fewer planes");
-    }
     // A lens is lit in all directions or in none, so that all views show the whole number.
     for (const Image<int>& emitters : lattice.emitters) {
       for (int y = 0; y < lattice.rows; ++y) {

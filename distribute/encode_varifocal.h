@@ -41,6 +41,8 @@ BitOrder BitOrderOf(std::string_view name);
 // The panel's pixels from its emitters: each fills its bin; flipped in x where the layers are seen
 // by reflection. The values are bit planes.
 Image<std::uint32_t> PanelBits(const Image<std::uint32_t>& emitters, const Display& display);
+// Back from them.
+Image<std::uint32_t> EmitterBits(const Image<std::uint32_t>& panel, const Display& display);
 
 // One stroke's frame from bits by plane (bit k: plane k, 0 at the back), and back. `planes` are 1
 // to kMaxBitPlanes; the bits of planes beyond it are 0. Unpacked bits beyond `planes` must be 0:
@@ -50,14 +52,18 @@ Image<Rgb8> PackedFrame(const Image<std::uint32_t>& bits, int planes, int stroke
 Image<std::uint32_t> UnpackedFrame(ImageSpan<const Rgb8> frame, int planes, int stroke,
                                    const PlanePacking& packing);
 
-// All strokes' frames, of the panel's size. Strokes are to be repeated, so there and back takes an
-// even number of them: UsageError otherwise (depth would be mirrored in every other repeat).
+// Strokes are to be repeated, so there and back takes an even number of them: UsageError otherwise
+// (depth would be mirrored in every other repeat).
+void CheckStrokes(int strokes, const PlanePacking& packing);
+// All strokes' frames, of the panel's size. CheckStrokes holds.
 std::vector<Image<Rgb8>> PackedFrames(const BitPlanes& bits, const Display& display,
                                       const PlanePacking& packing);
 
 // For finding out a projector's packing: plane k shows the number k, each at a place of its own, in
 // reading order, through the lit emitters only. Bits by plane of the emitters (for PanelBits).
-// UsageError where the panel is too small to tell the numbers, or for more than kMaxBitPlanes.
+// UsageError where the numbers do not fit, or for more than kMaxBitPlanes.
 Image<std::uint32_t> NumeralPlanes(const Display& display);
+// Whether the panel has lenses enough to tell the numbers: one across a numeral's square.
+bool NumeralsFit(const Display& display);
 
 }  // namespace lamella

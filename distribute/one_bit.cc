@@ -10,6 +10,7 @@
 
 #include "distribute/blue_noise.h"
 #include "distribute/direction_lattice.h"
+#include "lightfield/color.h"
 #include "lightfield/error.h"
 #include "lightfield/lenslet_map.h"
 #include "lightfield/parallel.h"
@@ -296,7 +297,7 @@ Image<float> GreyOf(const EmitterImage& emitters) {
   for (std::size_t i = 0; i < grey.size(); ++i) {
     if (!(emitters.coverage.data()[i] > 0)) continue;
     const Rgb& light = emitters.color.data()[i];
-    const float y = 0.2126F * light.r + 0.7152F * light.g + 0.0722F * light.b;
+    const float y = Luminance(light);
     grey.data()[i] = y > 0 ? std::min(y, 1.0F) : 0.0F;  // NaN is 0
   }
   return grey;

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "lightfield/image.h"
+
 namespace lamella {
 
 float SrgbToLinear(
@@ -11,5 +13,10 @@ float SrgbToLinear(
 float LinearToSrgb(float linear);
 float Srgb8ToLinear(std::uint8_t encoded);  // table
 std::uint8_t LinearToSrgb8(float linear);   // nearest code, clamped; NaN is 0
+
+// Of linear light, Rec. 709.
+inline float Luminance(const Rgb& light) {
+  return 0.2126F * light.r + 0.7152F * light.g + 0.0722F * light.b;
+}
 
 }  // namespace lamella

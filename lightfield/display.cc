@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kLongestMm = 1e6;
 constexpr double kShortestMm = 1e-9;
-constexpr std::int64_t kMostEmitters = std::int64_t{1} << 28;
+constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
 constexpr int kMostSlotsPerAxis = 32;  // a bit each in RayMap
 constexpr int kMostLayers = 1024;
 constexpr double kWidestFanDeg = 178;
@@ -44,16 +44,15 @@ void CheckPanel(const Display& display, const Checker& check) {
   check.Require(display.width_px >= 1 && display.height_px >= 1,
                 fmt::format("the panel has {} x {} pixels", display.width_px, display.height_px),
                 "give width_px and height_px of at least 1");
+  const std::int64_t pixels = static_cast<std::int64_t>(display.width_px) * display.height_px;
+  check.Require(pixels <= kMostPixels, fmt::format("the panel has {} pixels", pixels),
+                fmt::format("give width_px and height_px of at most {} together", kMostPixels));
   check.Length(display.pitch_mm, "pitch_mm");
   const int binning = display.binning_px;
   check.Require(binning >= 1 && display.width_px % binning == 0 && display.height_px % binning == 0,
                 fmt::format("binning_px = {} does not divide {} x {} pixels", binning,
                             display.width_px, display.height_px),
                 "give a binning that divides width and height");
-  const std::int64_t emitters =
-      static_cast<std::int64_t>(display.emitter_columns()) * display.emitter_rows();
-  check.Require(emitters <= kMostEmitters, fmt::format("the panel has {} emitters", emitters),
-                fmt::format("at most {} can be handled", kMostEmitters));
   check.Length(display.viewing_distance_mm, "viewing_distance_mm");
 }
 
@@ -79,7 +78,7 @@ struct OpticsChecker {
                   fmt::format("give slots from 1 to {} that divide the period", kMostSlotsPerAxis));
     check.Require(aperture <= display.emitter_columns() && aperture <= display.emitter_rows(),
                   fmt::format("{}: no opening of {} emitters fits the panel", layer, aperture),
-                  "give a larger panel or a smaller aperture");
+                  "give a larger panel or a smaller aperture_px");
   }
 
   void operator()(const LensletArray& lenses) const {
@@ -93,7 +92,7 @@ struct OpticsChecker {
     check.Require(lenses.pitch_px <= display.emitter_columns() &&
                       lenses.row_pitch_px() <= display.emitter_rows(),
                   fmt::format("{}: no lens of {} emitters fits the panel", layer, lenses.pitch_px),
-                  "give a larger panel or a smaller pitch");
+                  "give a larger panel or a smaller pitch_px");
     Focal(lenses.focal_mm);
   }
 
@@ -109,7 +108,7 @@ struct OpticsChecker {
     check.Require(lenses.subpixels_per_lens <= 3.0 * display.emitter_columns(),
                   fmt::format("{}: no lens of {} sub-pixels fits the panel", layer,
                               lenses.subpixels_per_lens),
-                  "give a larger panel or narrower lenses");
+                  "give a larger panel or smaller subpixels_per_lens");
     check.Require(
         display.binning_px == 1,
         fmt::format("{}: lenticular lenses over binning_px = {}", layer, display.binning_px),
@@ -133,10 +132,12 @@ void CheckLayer(const Display& display, std::size_t index, const Checker& check)
   check.Within(layer.magnification, 1 / kLargestMagnification, kLargestMagnification,
                name + ": the magnification");
   std::visit(OpticsChecker{display, name, check}, layer.optics);
-  check.Require(FieldOfViewDeg(display, layer) <= kWidestFanDeg,
-                fmt::format("{}: a gap of {} mm makes a fan of {:.2f} degrees", name, layer.d0_mm,
-                            FieldOfViewDeg(display, layer)),
-                "give a wider gap or a shorter period (at most 178 degrees)");
+  check.Require(
+      FieldOfViewDeg(display, layer) <= kWidestFanDeg,
+      fmt::format("{}: the gap d0_mm = {} makes a fan of {:.2f} degrees", name, layer.d0_mm,
+                  FieldOfViewDeg(display, layer)),
+      fmt::format("give a larger d0_mm or fewer emitters per element (at most {:g} degrees)",
+                  kWidestFanDeg));
   check.Require(display.distance_mm(layer) > layer.seen_d0_mm(),
                 fmt::format("{}: viewing_distance_mm = {} is not in front of position_mm = {}",
                             name, display.viewing_distance_mm, layer.position_mm),
@@ -166,8 +167,10 @@ void CheckVarifocal(const Varifocal& varifocal, const std::string& where) {
                 "give millimetres, or inf where the magnification is the same at all depths");
   for (const double end : {-0.5, 0.5}) {
     const double z = end * varifocal.depth_mm;
-    check.Within(PlaneMagnification(varifocal, z), 1 / kLargestMagnification, kLargestMagnification,
-                 fmt::format("[varifocal]: the magnification at {} mm", z));
+    check.Within(
+        PlaneMagnification(varifocal, z), 1 / kLargestMagnification, kLargestMagnification,
+        fmt::format("[varifocal]: magnification0 and relay_focal_mm: the magnification at {} mm",
+                    z));
   }
 }
 
@@ -179,9 +182,9 @@ void Check(const Display& display, const std::string& where) {
   check.Require(display.layers.size() <= static_cast<std::size_t>(kMostLayers),
                 fmt::format("the display has {} layers", display.layers.size()),
                 fmt::format("at most {} can be handled", kMostLayers));
-  for (std::size_t i = 0; i < display.layers.size(); ++i) CheckLayer(display, i, check);
   check.Require(std::isfinite(display.border_mm) && display.border_mm >= 0,
                 fmt::format("border_mm = {}", display.border_mm), "give 0 or more millimetres");
+  for (std::size_t i = 0; i < display.layers.size(); ++i) CheckLayer(display, i, check);
   check.Require(std::isfinite(display.border_offset_mm),
                 fmt::format("border_offset_mm = {}", display.border_offset_mm),
                 "give millimetres; 0 puts borders in the middles between layers");
@@ -196,30 +199,14 @@ std::string NameOf(const Optics& optics) {
 }
 
 const Barrier& BarrierOf(const Display& display, std::size_t index) {
-  constexpr const char* kFix =
-      "give a display of barriers (`lamella displays` lists them); `displays check` and `synth "
-      "photos` take this one";
   const Layer& layer = display.layers.at(index);
   const Barrier* barrier = std::get_if<Barrier>(&layer.optics);
   if (barrier == nullptr) {
     throw UsageError(display.name,
-                     fmt::format("layer {} has {}, and only barriers can be encoded in this "
-                                 "version",
-                                 index, NameOf(layer.optics)),
-                     kFix);
-  }
-  if (layer.magnification != 1) {
-    throw UsageError(display.name,
-                     fmt::format("layer {} is magnified {:g} times, and only layers that are seen "
-                                 "as they are can be encoded in this version",
-                                 index, layer.magnification),
-                     kFix);
+                     fmt::format("layer {} has {}, no barrier", index, NameOf(layer.optics)),
+                     "ask for what its optics have");
   }
   return *barrier;
-}
-
-void RequireBarriers(const Display& display) {
-  for (std::size_t i = 0; i < display.layers.size(); ++i) BarrierOf(display, i);
 }
 
 int SlotsPerAxis(const Layer& layer) {

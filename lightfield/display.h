@@ -118,7 +118,7 @@ struct Display {
 // one place or out of order, period not divided by slots, period and aperture of unequal parity,
 // aperture wider than the period, more rays than pixels under a lens, lenses wider than the panel,
 // sub-pixels of binned emitters, non-positive or non-finite lengths and magnifications, panel not a
-// multiple of the binning or smaller than an opening, more than 2^28 emitters, more than 1024
+// multiple of the binning or smaller than an opening, more than 2^28 pixels, more than 1024
 // slots, a fan wider than 178 degrees, a border wider than the layers' spacing, a viewing distance
 // that is not in front of all layers by more than their gaps, layers that are not the planes of
 // the display's varifocal.
@@ -133,10 +133,8 @@ std::string ToToml(const Display& display);  // reads back to the same display
 
 // The optics in words: "a barrier", "lenslets", "lenticular lenses".
 std::string NameOf(const Optics& optics);
-// Frames and eyes are made of unmagnified barriers only in this version: UsageError where the
-// display has anything else.
-void RequireBarriers(const Display& display);
-const Barrier& BarrierOf(const Display& display, std::size_t index);  // errors likewise
+// UsageError where the layer has other optics.
+const Barrier& BarrierOf(const Display& display, std::size_t index);
 // 1/f of a layer's lenses as seen by the viewer; a focal length of 0 is d0.
 double LensPowerPerMm(const Layer& layer, double focal_mm);
 int SlotsPerAxis(const Layer& layer);  // 1 where it has lenses

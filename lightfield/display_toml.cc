@@ -124,6 +124,9 @@ double ReadGap(const Reader& layer, const std::string& where, const std::string&
                      "give d0_mm, or gap_mm with index");
   }
   if (!gap) return layer.Need(d0, "d0_mm");
+  if (!(std::isfinite(*gap) && *gap > 0)) {
+    throw UsageError(where, fmt::format("{}: gap_mm = {}", name, *gap), "give millimetres above 0");
+  }
   const double n = index.value_or(1);
   if (!(n >= 1 && n <= 4)) {
     throw UsageError(where, fmt::format("{}: index = {}", name, n),

@@ -26,6 +26,8 @@ void ParallelForEach(std::int64_t begin, std::int64_t end,
   });
 }
 
+void Isolated(const std::function<void()>& work) { tbb::this_task_arena::isolate(work); }
+
 struct ThreadLimit::Impl {
   explicit Impl(int threads)
       : control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)) {}

@@ -17,6 +17,10 @@ void ParallelFor(std::int64_t begin, std::int64_t end, std::int64_t grain,
 void ParallelForEach(std::int64_t begin, std::int64_t end,
                      const std::function<void(std::int64_t i)>& body);
 
+// Runs `work`; a thread that waits for a loop within it takes up nothing from outside of it, so
+// `work` may hold a lock that other iterations of an outer loop wait for.
+void Isolated(const std::function<void()>& work);
+
 // While it lives, loops use at most `threads` threads (0: as many as the machine has).
 class ThreadLimit {
  public:

@@ -73,8 +73,12 @@ Image<Rgb8> Overview(ImageSpan<const Rgb> photograph, const DepthMap& depth,
   const Image<Rgb8> colored = ColoredDepth(depth, ScaleOf({&depth}), depth.depth.width());
   panes.push_back(AsPane(DecodeSrgb8(colored.span()).span()));
   const Rect part = BehindThePicture(display, eye);
-  for (const std::vector<EmitterImage>& slots : layers.slots) {
-    panes.push_back(AsPane(MeanOfSlots(slots).span().Sub(part)));
+  // Of many layers some, evenly spread.
+  constexpr std::size_t kMostLayers = 4;
+  const std::size_t n = layers.slots.size(), shown = std::min(n, kMostLayers);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const std::size_t layer = shown == 1 ? 0 : i * (n - 1) / (shown - 1);
+    panes.push_back(AsPane(MeanOfSlots(layers.slots[layer]).span().Sub(part)));
   }
   panes.push_back(AsPane(DecodeSrgb8(seen).span()));
   return SideBySide(panes);

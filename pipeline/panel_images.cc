@@ -4,13 +4,16 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "distribute/panel_pixels-inl.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/json_file.h"
+#include "pipeline/varifocal_frames.h"
 
 namespace lamella {
 namespace {
@@ -44,24 +47,45 @@ EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int l
                                  display.width_px, display.height_px),
                      "run `lamella frames` again");
   }
-  const bool mirror = display.layers[static_cast<std::size_t>(layer)].mirror_x;
-  for (int y = 0; y < emitters.color.height(); ++y) {
-    for (int x = 0; x < emitters.color.width(); ++x) {
-      const int column = x * display.binning_px;
-      const Rgb8 code =
-          codes(mirror ? display.width_px - 1 - column : column, y * display.binning_px);
-      emitters.color(x, y) = {light[code.r], light[code.g], light[code.b]};
-    }
+  const Image<Rgb8> shown = EmittersFromPanel<Rgb8>(
+      display, display.layers[static_cast<std::size_t>(layer)], codes.span());
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const Rgb8& code = shown.data()[i];
+    emitters.color.data()[i] = {light[code.r], light[code.g], light[code.b]};
   }
   return emitters;
 }
 
+LayerImages LoadStrokes(const Workspace& workspace, const LayersRecord& record,
+                        const JsonObject& json) {
+  StrokeFrames frames;
+  for (const JsonObject& stroke : json.Objects("strokes")) {
+    frames.files.push_back(stroke.Text("file"));
+  }
+  const JsonObject packing = json.Object("packing");
+  frames.planes = static_cast<int>(record.display.layers.size());
+  frames.packing = {ChannelOrderOf(packing.Text("channels")), BitOrderOf(packing.Text("bits")),
+                    packing.Truth("there_and_back")};
+  const std::vector<Image<float>> grey =
+      ReadStrokeFrames(workspace.Stage("frames"), frames, record.display);
+  LayerImages images = LoadLayerImages(workspace, record);  // for their coverage
+  for (std::size_t plane = 0; plane < grey.size(); ++plane) {
+    Image<Rgb>& color = images.slots[plane][0].color;
+    for (std::size_t i = 0; i < color.size(); ++i) {
+      const float light = grey[plane].data()[i];
+      color.data()[i] = {light, light, light};
+    }
+  }
+  return images;
+}
+
 }  // namespace
 
-LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record) {
+PanelImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record) {
   const fs::path folder = workspace.Stage("frames");
   const JsonObject json(folder / "frames.json");
   json.CheckFormatVersion(1);
+  if (json.Has("strokes")) return {LoadStrokes(workspace, record, json), true};
   const Light light = ResponseOf(json.Object("response"));
   LayerImages images;
   images.seen_share = record.seen_share;
@@ -84,7 +108,7 @@ LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& reco
                                         static_cast<int>(s), files[slot], light);
     });
   }
-  return images;
+  return {std::move(images), false};
 }
 
 }  // namespace lamella

@@ -7,9 +7,14 @@
 
 namespace lamella {
 
-// As the display shows them: 8-bit codes through the panels' response, mirrored panels turned back.
-// The coverage is that of the layers. InputError where frames.json or a frame is absent, damaged or
-// of another display.
-LayerImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record);
+struct PanelImages {
+  LayerImages layers;
+  bool grey = false;  // the display has no colours
+};
+
+// As the display shows them: 8-bit codes through the panels' response, or the mean of one-bit
+// strokes; mirrored panels turned back. The coverage is that of the layers. InputError where
+// frames.json or a frame is absent, damaged or of another display.
+PanelImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record);
 
 }  // namespace lamella

@@ -5,6 +5,7 @@
 
 #include "depth/resize_area.h"
 #include "distribute/metrics.h"
+#include "lightfield/color.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 
@@ -15,10 +16,11 @@ namespace {
 // whole pixel for cubic polynomials (Gauss-Legendre).
 constexpr double kGaussPoint = 0.28867513459481287;
 
-// The bundles whose mean a target is.
+// The bundles whose mean a target is. Rays that are more than a view pixel apart stand for a square
+// of their spacing (the capture's colours are filtered to it), others for a point of the view's
+// picture.
 std::vector<RayBundle> BundlesOfTarget(const Eye& eye, double mm_per_view_px) {
-  const int split = std::clamp(static_cast<int>(std::lround(eye.pixel_mm / mm_per_view_px)), 1, 8);
-  if (split > 1) return {BundleOfEye(eye, split)};
+  if (eye.pixel_mm > 1.5 * mm_per_view_px) return {BundleOfEye(eye, 2)};
   std::vector<RayBundle> bundles(4, BundleOfEye(eye));
   for (std::size_t i = 0; i < bundles.size(); ++i) {
     bundles[i].origin += (i % 2 == 0 ? -kGaussPoint : kGaussPoint) * bundles[i].dx +
@@ -64,6 +66,15 @@ PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_p
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye) {
   EyePicture seen = SimulateEye(layers, display, eye);
   return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
+}
+
+void LoseColor(PreviewPicture& picture) {
+  Image<Rgb> light = DecodeSrgb8(picture.codes.span());
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const float grey = Luminance(light.data()[i]);
+    light.data()[i] = {grey, grey, grey};
+  }
+  picture.codes = EncodeSrgb8(light.span());
 }
 
 PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured) {

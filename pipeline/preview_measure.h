@@ -23,9 +23,11 @@ struct PreviewPicture {
 };
 
 // The scene along the eye's rays: the mean over each pixel, as the simulated eye's is, by 2 x 2
-// rays. Where a pixel is larger than a view's, by up to 8 x 8 rays, one per view pixel.
+// rays.
 PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px);
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye);
+// Every pixel becomes the grey of its luminance.
+void LoseColor(PreviewPicture& picture);
 // A captured view on the raster of its eye.
 PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured);
 

@@ -180,11 +180,32 @@ PageLayer LayerOnPage(const Layer& layer, std::size_t index, const std::vector<E
 // ---- Text ----
 
 std::string ListOfLayers(const Display& display) {
+  constexpr std::size_t kMost = 6;
+  const std::size_t n = display.layers.size();
+  if (n > kMost) {
+    return fmt::format("{} to {} mm", Millimetres(display.layers.front().position_mm),
+                       Millimetres(display.layers.back().position_mm));
+  }
   std::string text;
   for (const Layer& layer : display.layers) {
     text += (text.empty() ? "" : ", ") + Millimetres(layer.position_mm);
   }
   return text + " mm";
+}
+
+std::string OpticsInWords(const Layer& layer) {
+  if (const Barrier* barrier = std::get_if<Barrier>(&layer.optics)) {
+    return fmt::format("a barrier of {0}x{0} px every {1} px, {2} time slots", barrier->aperture_px,
+                       barrier->period_px, barrier->slots * barrier->slots);
+  }
+  if (const LensletArray* lenses = std::get_if<LensletArray>(&layer.optics)) {
+    return fmt::format("{} lenslets every {:g} px, {}x{} rays",
+                       lenses->lattice == LensletArray::Lattice::kSquare ? "square" : "hexagonal",
+                       lenses->pitch_px, lenses->rays, lenses->rays);
+  }
+  const Lenticular& lenses = std::get<Lenticular>(layer.optics);
+  return fmt::format("lenticular lenses of {:g} sub-pixels, {} views", lenses.subpixels_per_lens,
+                     lenses.views);
 }
 
 void AddFacts(const LayersRecord& record, const PreviewResult& result,
@@ -199,9 +220,7 @@ void AddFacts(const LayersRecord& record, const PreviewResult& result,
   add("Panels",
       fmt::format("{} x {} px of {:.4g} mm, {} layers at {}", display.width_px, display.height_px,
                   display.pitch_mm, display.layers.size(), ListOfLayers(display)));
-  const Barrier& barrier = BarrierOf(display, 0);
-  add("Barrier", fmt::format("{0}x{0} px every {1} px, {2} time slots", barrier.aperture_px,
-                             barrier.period_px, barrier.slots * barrier.slots));
+  add("Optics", OpticsInWords(layer));
   add("Brightness", fmt::format("{:.2f} % of an emitter's light reaches the eye",
                                 100 * Brightness(display, layer)));
   add("Reference view", p.reference_view);

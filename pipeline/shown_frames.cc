@@ -71,7 +71,7 @@ Shot::LayerFiles ReadLayer(const JsonObject& json) {
   return files;
 }
 
-JsonObject FramesRecord(const fs::path& folder) {
+JsonObject FramesJson(const fs::path& folder) {
   JsonObject json(folder / "frames.json");
   json.CheckFormatVersion(kFormatVersion);
   return json;
@@ -82,11 +82,16 @@ JsonObject FramesRecord(const fs::path& folder) {
 Shot ShotOfFrames(const fs::path& folder) {
   Shot shot;
   shot.name = "frames";
-  for (const JsonObject& layer : FramesRecord(folder).Objects("layers")) {
+  if (FramesJson(folder).Has("strokes")) {
+    throw InputError((folder / "frames.json").string(),
+                     "has packed one-bit planes, which only a moving mirror sorts by depth",
+                     "make frames that stand still: lamella frames --planes grey");
+  }
+  for (const JsonObject& layer : FramesJson(folder).Objects("layers")) {
     const int k = layer.Whole("slots_per_axis", 1, 32);
     Shot::LayerFiles files;
     files.emitter.resize(static_cast<std::size_t>(k) * static_cast<std::size_t>(k));
-    files.modulator.resize(files.emitter.size());
+    files.modulator.resize(files.emitter.size(), kWhite);  // lenses have none
     for (const JsonObject& frame : layer.Objects("frames")) {
       const auto slot = static_cast<std::size_t>(frame.Whole("slot", 0, k * k - 1));
       const bool emits = frame.Text("role") == "emitter";
@@ -98,7 +103,7 @@ Shot ShotOfFrames(const fs::path& folder) {
 }
 
 ToneCurve CurveOfFrames(const fs::path& folder) {
-  const JsonObject response = FramesRecord(folder).Object("response");
+  const JsonObject response = FramesJson(folder).Object("response");
   ToneCurve curve;
   if (response.Text("curve") == "gamma") {
     curve.kind = ToneCurve::Kind::kGamma;

@@ -20,7 +20,8 @@ struct Shot {
   std::vector<LayerFiles> layers;
 };
 
-// The frames of W/frames/frames.json as one shot, named "frames".
+// The frames of W/frames/frames.json as one shot, named "frames". The planes of a varifocal display
+// are layers that light up one after the other; InputError where they are packed one-bit frames.
 Shot ShotOfFrames(const std::filesystem::path& folder);
 // The panels' curve that the frames were encoded for.
 ToneCurve CurveOfFrames(const std::filesystem::path& folder);

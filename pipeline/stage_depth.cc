@@ -109,10 +109,9 @@ DepthReport TakeGivenDepth(const ViewSet& set, FileStore& store, Progress& progr
   });
   DepthReport report{{{"method", "given with the capture"}}, {}};
   if (given.size() < set.views.size()) {
-    report.summary.emplace_back(
-        "from other views' depth",
-        fmt::format("{} views, from the {} that came with depth", set.views.size() - given.size(),
-                    given.size()));
+    report.summary.emplace_back("from other views' depth",
+                                fmt::format("{} views, from the {} that came with depth",
+                                            set.views.size() - given.size(), given.size()));
   }
   return report;
 }

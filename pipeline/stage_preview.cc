@@ -31,6 +31,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kOverviewQuality = 92;  // of JPEG
+constexpr int kPngLevel = 2;          // of the eyes' pictures
 
 // A captured view's eye with what is rendered there directly, before the layers are loaded.
 struct DirectView {
@@ -66,6 +67,17 @@ void RenderTargets(const RaySource& placed, double mm_per_view_px, PreviewResult
   for (DirectView& view : direct) {
     view.direct = RenderTarget(placed, view.at.eye, mm_per_view_px);
     progress.Advance();
+  }
+}
+
+// A display without colours is asked for none.
+void LoseColors(PreviewResult& result, std::vector<DirectView>& direct) {
+  for (std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
+    for (EyeResult& eye : *eyes) LoseColor(eye.target);
+  }
+  for (DirectView& view : direct) {
+    LoseColor(view.captured);
+    LoseColor(view.direct);
   }
 }
 
@@ -123,7 +135,7 @@ void WriteViews(const std::filesystem::path& folder, const PreviewResult& result
     if (file.with_alpha) {
       WriteCodes8(path, file.picture->codes.span(), file.picture->share.span());
     } else {
-      WriteCodes8(path, file.picture->codes.span());
+      WriteCodes8(path, file.picture->codes.span(), kOverviewQuality, kPngLevel);
     }
   });
 }
@@ -259,8 +271,11 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
     const std::unique_ptr<RaySource> placed = Placed(*source, record.placement);
     RenderTargets(*placed, record.placement.mm_per_view_px, result, direct, progress);
   }
-  const LayerImages layers = options.source == "frames" ? LoadPanelImages(workspace, record)
-                                                        : LoadLayerImages(workspace, record);
+  const PanelImages shown = options.source == "frames"
+                                ? LoadPanelImages(workspace, record)
+                                : PanelImages{LoadLayerImages(workspace, record), false};
+  const LayerImages& layers = shown.layers;
+  if (shown.grey) LoseColors(result, direct);
   Simulate(layers, record.display, options, result, std::move(direct), set, progress);
   progress.Start("preview: files", 3, "parts");
   WriteViews(run.folder() / "views", result);

@@ -37,6 +37,12 @@ void ApplyQuality(Quality quality, PosesOptions& options);
 struct FramesOptions {
   std::string response = "srgb";  // of the panels, or "gamma"
   double gamma = 2.2;
+  // Of a varifocal display's planes: what its one-bit projector shows, or grey emitters.
+  std::string planes = "one-bit";                    // or "grey"
+  std::string one_bit_method = "sigma-delta";        // distribute/one_bit.h
+  int strokes = 16;                                  // after which the frames repeat
+  std::string channels = "BRG", bits = "lsb-first";  // distribute/encode_varifocal.h
+  bool there_and_back = true;
 };
 OptionTable Describe(FramesOptions& options);
 

@@ -31,7 +31,7 @@ SCENES = {"room": "poses", "curved": "poses", "occluder": "poses", "glossy": "po
 # Eyes of the comparison with true depth, mm, and its displays: 540 x 540 emitters' worth of paper-two-layer's rays.
 TRUE_DEPTH_EYES = "0,0;32,0;-32,0;54,0;-54,0"
 TRUE_DEPTH_DISPLAYS = {"paper": "as paper-two-layer", "effective": "layers and border by the effective plane",
-                       "lens": "square lenslets with as many rays"}
+                       "lens": "square lenslets"}
 SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
 
 
@@ -204,11 +204,12 @@ def two_layers(name, positions, border_offset_mm=None, lens=False):
     """A display's file: paper-two-layer's rays on 540 x 540 emitters per slot, with other positions or with lenses.
 
     The lens display has all slots' emitters at once: lenses as far apart as a barrier's openings of all slots, 2 px,
-    over emitters of a third of the pitch at a third of the distance, so the same lattice of places and directions.
+    with the same steps between directions over emitters of a quarter of the pitch at a quarter of the distance. The
+    windows of such lenses do not follow the viewer, so they have 8 x 8 directions for a barrier's 6 x 6.
     """
-    fine = 3 if lens else 1
+    fine = 4 if lens else 1
     border = f"border_offset_mm = {border_offset_mm}\n" if border_offset_mm is not None else ""
-    optics = ('[layer.lenslets]\nlattice = "square"\npitch_px = 6\nrays = 6\n' if lens
+    optics = ('[layer.lenslets]\nlattice = "square"\npitch_px = 8\nrays = 8\n' if lens
               else "[layer.barrier]\nperiod_px = 6\naperture_px = 2\nslots = 3\n")
     layers = "".join(f"\n[[layer]]\nposition_mm = {z}\nd0_mm = {5.0 / fine}\n{optics}" for z in positions)
     return (f'format_version = 1\nname = "{name}"\nviewing_distance_mm = 600\nborder_mm = 4\n{border}\n[panel]\n'
@@ -219,30 +220,32 @@ DISPLAY_FILES = {"paper": two_layers("two-layer-540", (-10, 10), 0), "effective"
                  "lens": two_layers("lens-540", (-10, 10), lens=True)}
 
 
-def true_depth(bench, display, quality):
-    """Antinous on a display: eyes from true and from estimated depth, both against direct rendering from true depth."""
+def true_depth(bench, quality):
+    """Antinous on displays: eyes from true and from estimated depth, both against direct rendering from true depth."""
     capture = bench.data / "lightfield/hci_antinous"
 
     def take(workspace):
-        file = workspace.parent / "display.toml"
-        file.write_text(DISPLAY_FILES[display])
-        found = {"stages": {}, "psnr": {}}
-        for depth in ("given", "estimate"):
-            folder = workspace.parent / depth
-            bench.run("run", capture, "--workspace", folder, "--display", file, "--quality", quality, "--depth", depth,
-                      *PLACEMENT[:6], "--preview-positions", 1, "--preview-eyes", TRUE_DEPTH_EYES, "--preview-eye-pixel-mm", PITCH_MM)
-            found["stages"][depth] = stages(folder)
-            found["psnr"][depth] = [
-                number(bench.run("compare", "images", folder / f"preview/views/eye_further_{i:02}.png",
-                                 workspace.parent / f"given/preview/views/target_further_{i:02}.png", "--border", 24)[0], "mean")
-                for i in range(TRUE_DEPTH_EYES.count(";") + 1)]
+        folders = {depth: workspace.parent / depth for depth in ("given", "estimate")}
+        found = {}
+        for display, text in DISPLAY_FILES.items():
+            file = workspace.parent / "display.toml"
+            file.write_text(text)
+            found[display] = {"stages": {}, "psnr": {}}
+            for depth, folder in folders.items():
+                bench.run("run", capture, "--workspace", folder, "--display", file, "--quality", quality, "--depth", depth,
+                          *PLACEMENT[:6], "--preview-positions", 1, "--preview-eyes", TRUE_DEPTH_EYES,
+                          "--preview-eye-pixel-mm", PITCH_MM)
+                found[display]["stages"][depth] = stages(folder)
+                found[display]["psnr"][depth] = [
+                    number(bench.run("compare", "images", folder / f"preview/views/eye_further_{i:02}.png",
+                                     folders["given"] / f"preview/views/target_further_{i:02}.png", "--border", 24)[0], "mean")
+                    for i in range(TRUE_DEPTH_EYES.count(";") + 1)]
         return found
     return take
 
 
 def take_true_depth(bench):
-    return {(display, q): bench.measure(f"true_depth_{display}_{q}", true_depth(bench, display, q))
-            for display in TRUE_DEPTH_DISPLAYS for q in ("balanced", "best")}
+    return {q: bench.measure(f"true_depth_{q}", true_depth(bench, q)) for q in ("balanced", "best")}
 
 
 def take_all(bench):
@@ -305,7 +308,8 @@ def by_quality(results, name, heads, figures, costs):
 def true_depth_section(results):
     mean = lambda values: sum(values) / len(values)
     rows = []
-    for (display, q), r in results.items():
+    for display, q in ((display, q) for display in TRUE_DEPTH_DISPLAYS for q in results):
+        r = results[q][display]
         given, estimated = r["psnr"]["given"], r["psnr"]["estimate"]
         rows.append([f"{TRUE_DEPTH_DISPLAYS[display]}, {q}", f"{mean(given):.2f} dB ({min(given):.2f} to {max(given):.2f})",
                      f"{mean(estimated):.2f} dB", f"{mean(given) - mean(estimated):+.2f} dB",
@@ -315,8 +319,8 @@ def true_depth_section(results):
 Antinous on ±20 mm (disparities -3.131 to 2.689, one view pixel one panel pixel), eyes at 0, ±32 and ±54 mm, border
 24 px; `--depth given` takes the true disparity of the centre view and warps it to the other 80. All against direct
 rendering from true depth, the mean over each eye pixel. Displays of 540x540 emitters per slot, layers at ±10 mm, borders
-of 4 mm; by the effective plane layers stand at -6 and 14 mm with the border on z = 0. The lenses are 2 panel pixels
-apart over emitters of a third of the pitch. Time and memory are of the stage layers:
+of 4 mm; by the effective plane layers stand at -6 and 14 mm with the border on z = 0. The lenses are 2 panel
+pixels apart, 8x8 directions each with a barrier's steps between them. Time and memory are of the stage layers:
 
 """ + table(["display and quality", "true depth (worst to best eye)", "estimated depth", "loss", "time", "peak memory"], rows)
 

@@ -27,7 +27,8 @@ def run(command):
         process = subprocess.Popen(list(map(str, command)), stdout=out, stderr=subprocess.STDOUT,
                                    stdin=subprocess.DEVNULL, env=ENVIRONMENT)
         _, status, usage = os.wait4(process.pid, 0)
-        cost = {"seconds": time.monotonic() - start, "peak_mib": usage.ru_maxrss / 1024}
+        cost = {"seconds": time.monotonic() - start, "cpu": usage.ru_utime + usage.ru_stime,
+                "peak_mib": usage.ru_maxrss / 1024}
         out.seek(0)
         text = out.read()
     if os.waitstatus_to_exitcode(status) != 0:
@@ -62,6 +63,7 @@ def colmap(arguments, photographs, folder):
                         "--Mapper.num_threads", threads])):
         _, stages[stage] = run(["colmap", stage, *options])
     whole = {"seconds": sum(stage["seconds"] for stage in stages.values()),
+             "cpu": sum(stage["cpu"] for stage in stages.values()),
              "peak_mib": max(stage["peak_mib"] for stage in stages.values())}
     return {"stages": stages, "whole": whole, "model": sparse / "0"}
 
@@ -87,15 +89,17 @@ def median(rounds):
     """Of the rounds' times; memory's largest."""
     def of(costs):
         costs = list(costs)
-        return {"seconds": statistics.median(c["seconds"] for c in costs), "peak_mib": max(c["peak_mib"] for c in costs)}
+        times = {key: statistics.median(c[key] for c in costs) for key in ("seconds", "cpu") if key in costs[0]}
+        return {**times, "peak_mib": max(c["peak_mib"] for c in costs)}
     stages = {stage: of(r["stages"][stage] for r in rounds) for stage in rounds[0]["stages"]}
     return {"stages": stages, "whole": of(r["whole"] for r in rounds)}
 
 
 def rows(name, result):
-    lines = [f"{name + ' ' + stage:34}{cost['seconds']:9.1f} s{cost['peak_mib']:9.0f} MiB"
-             for stage, cost in (*result["stages"].items(), ("in all", result["whole"]))]
-    return "\n".join(lines)
+    def row(stage, cost):
+        processor = f"{cost['cpu']:9.1f}" if "cpu" in cost else " " * 9  # of lamella's stages: not recorded
+        return f"{name + ' ' + stage:26}{cost['seconds']:9.1f}{processor}{cost['peak_mib']:10.0f}"
+    return "\n".join(row(stage, cost) for stage, cost in (*result["stages"].items(), ("in all", result["whole"])))
 
 
 def quality(name, model):
@@ -135,8 +139,10 @@ def main():
     ours, colmaps = median(mine), median(theirs)
     ratio = ours["whole"]["seconds"] / colmaps["whole"]["seconds"]
     print(f"\n{len(files)} photographs, {arguments.threads} threads, {arguments.quality}, {arguments.rounds} round(s)\n")
-    print(rows("lamella", ours), "", rows("colmap", colmaps), "", sep="\n")
-    print(f"lamella / COLMAP: time {ratio:.2f}, lamella's peak memory {ours['whole']['peak_mib']:.0f} MiB\n")
+    print(f"{'':26}{'seconds':>9}{'of cores':>9}{'peak MiB':>10}")
+    print(rows("lamella", ours), "", rows("COLMAP", colmaps), "", sep="\n")
+    print(f"lamella / COLMAP: time {ratio:.2f} (of cores {ours['whole']['cpu'] / colmaps['whole']['cpu']:.2f}), "
+          f"lamella's peak memory {ours['whole']['peak_mib']:.0f} MiB\n")
     print(quality("lamella", models[0]), quality("COLMAP", models[1]), "", "lamella's cameras against COLMAP's:", apart, sep="\n")
 
 

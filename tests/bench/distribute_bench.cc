@@ -15,7 +15,7 @@
 
 #include "distribute/displays.h"
 #include "distribute/distribute.h"
-#include "distribute/encode_barrier.h"
+#include "distribute/emitter_frame.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -98,10 +98,11 @@ void Run(double millions, double copy_rate) {
       SilentProgress());
   const double seconds = SecondsSince(start) - source.seconds;
   const double bytes = 2 * sizeof(RaySample) * source.count + (sizeof(Rgb) + sizeof(float)) * rays;
-  fmt::print("{:8.1f} M rays {:5} x {:5} px {:9.3f} s {:7.1f} ns/ray {:7.2f} GB {:6.2f} GB/s "
-             "of_copy_rate {:.3f}\n",
-             rays / 1e6, display.width_px, display.height_px, seconds, 1e9 * seconds / rays,
-             bytes / 1e9, bytes / seconds / 1e9, bytes / seconds / copy_rate);
+  fmt::print(
+      "{:8.1f} M rays {:5} x {:5} px {:9.3f} s {:7.1f} ns/ray {:7.2f} GB {:6.2f} GB/s "
+      "of_copy_rate {:.3f}\n",
+      rays / 1e6, display.width_px, display.height_px, seconds, 1e9 * seconds / rays, bytes / 1e9,
+      bytes / seconds / 1e9, bytes / seconds / copy_rate);
 }
 
 }  // namespace

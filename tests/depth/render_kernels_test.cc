@@ -152,7 +152,7 @@ TEST(MapVertices, EqualsTheMapAndMarksWhatIsBehind) {
 // A small view with a slanted surface, an edge and an unknown patch.
 struct SmallView {
   std::vector<DepthLevel> depth;
-  std::vector<ColorLevel> color;
+  ColorPyramid color;
   TileView view;
 
   SmallView() : view{LocalMap(Map(), 48, 48, 0.2)} {
@@ -292,7 +292,7 @@ TEST(ColorPyramid, KeepsColoursAsHalfFloatsToThreeDigits) {
   picture(0, 0) = {1e-6F, 0.3333F, 1};
   picture(1, 0) = {0, -2, 60000};
   picture(2, 0) = {2e-8F, 0.00002F, 1e9F};
-  const std::vector<ColorLevel> levels = ColorPyramid(picture, {1, 1, 1}, 0);
+  const ColorPyramid levels(picture, {1, 1, 1}, 0);
   const auto at = [&](int x) { return levels[0].pixels(x + ColorLevel::kPad, ColorLevel::kPad); };
   EXPECT_NEAR(reference::FromHalf(at(0).r), 1e-6, 3e-8);
   EXPECT_NEAR(reference::FromHalf(at(0).g), 0.3333, 1e-4);

@@ -48,13 +48,15 @@ Seen SeenBy(const View& view, const Image<float>& depth, int x, int y, const Vie
       (Inverse(view.camera_from_world) * (static_cast<double>(depth(x, y)) * *ray));
   const auto pixel = Project(other.camera, point);
   if (!pixel) return Seen::kNo;
-  const int u = static_cast<int>(std::floor(pixel->x())), v = static_cast<int>(std::floor(pixel->y()));
+  const int u = static_cast<int>(std::floor(pixel->x())),
+            v = static_cast<int>(std::floor(pixel->y()));
   if (u < -1 || v < -1 || u > other_depth.width() || v > other_depth.height()) return Seen::kNo;
   if (u < 1 || v < 1 || u >= other_depth.width() - 1 || v >= other_depth.height() - 1) {
     return Seen::kUnclear;
   }
   if (NearEdge(other_depth, u, v)) return Seen::kUnclear;
-  return std::abs(static_cast<double>(other_depth(u, v)) - point.z()) < 0.1 ? Seen::kYes : Seen::kNo;
+  return std::abs(static_cast<double>(other_depth(u, v)) - point.z()) < 0.1 ? Seen::kYes
+                                                                            : Seen::kNo;
 }
 
 // Counts of a warped map's pixels away from edges.
@@ -115,8 +117,10 @@ TEST(WarpedDepth, OfAPhotographComesFromAllThatSeeIt) {
     return view;
   };
   const View target = photograph({0, 0, 0.2}, 100, 90);
-  const View left = photograph({-0.8, 0.1, 0}, 140, 100), right = photograph({0.7, -0.2, 0}, 120, 80);
-  const Counts one = CheckAgainstTruth(target, {left}), both = CheckAgainstTruth(target, {left, right});
+  const View left = photograph({-0.8, 0.1, 0}, 140, 100),
+             right = photograph({0.7, -0.2, 0}, 120, 80);
+  const Counts one = CheckAgainstTruth(target, {left}),
+               both = CheckAgainstTruth(target, {left, right});
   EXPECT_GT(one.hidden, 100);
   EXPECT_LT(both.hidden, one.hidden / 4);
   EXPECT_GT(both.seen, one.seen);

@@ -61,26 +61,6 @@ TEST(FindDisplay, HasTheVarifocalPrototypeOfThePaper) {
   EXPECT_EQ(ParseDisplay(ToToml(display), "again"), display);
 }
 
-TEST(RequireBarriers, RefusesOtherOpticsWithOneLine) {
-  const auto refusal = [](const Display& display) -> std::string {
-    try {
-      RequireBarriers(display);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::kUsage);
-      return error.what();
-    }
-    return "accepted";
-  };
-  EXPECT_THAT(refusal(FindDisplay("paper-varifocal")),
-              HasSubstr("paper-varifocal: layer 0 has lenslets, and only barriers"));
-  Display display = FindDisplay("paper-two-layer");
-  EXPECT_EQ(refusal(display), "accepted");
-  display.layers[1].magnification = 1.5;
-  EXPECT_THAT(refusal(display), HasSubstr("layer 1 is magnified 1.5 times"));
-  display.layers[1].optics = Lenticular{};
-  EXPECT_THAT(refusal(display), HasSubstr("layer 1 has lenticular lenses"));
-}
-
 TEST(FindDisplay, OffersTheNearestName) {
   const auto refusal = [](const std::string& name) -> std::string {
     try {

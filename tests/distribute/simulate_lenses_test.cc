@@ -62,8 +62,9 @@ EyePicture ByLines(const LayerImages& layers, const Display& display, const Eye&
     for (int x = 0; x < eye.width; ++x) {
       double light[3] = {0, 0, 0}, known = 0, all = 0;
       for (int i = 0; i < n * n; ++i) {
-        const Eigen::Vector3d at(eye.left_mm + (x + (i % n + 0.5) / n) * eye.pixel_mm,
-                                 eye.top_mm - (y + (i / n + 0.5) / n) * eye.pixel_mm, eye.plane_mm);
+        const int u = i % n, v = i / n;
+        const Eigen::Vector3d at(eye.left_mm + (x + (u + 0.5) / n) * eye.pixel_mm,
+                                 eye.top_mm - (y + (v + 0.5) / n) * eye.pixel_mm, eye.plane_mm);
         const Eigen::Vector3d slope = (eye.position - at) / (eye.position.z() - at.z());
         for (std::size_t l = 0; l < display.layers.size(); ++l) {
           const LayerMap map(display, static_cast<int>(l));

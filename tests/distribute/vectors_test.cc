@@ -11,6 +11,7 @@
 #include "distribute/assign.h"
 #include "distribute/displays.h"
 #include "distribute/encode_barrier.h"
+#include "distribute/panel_response.h"
 #include "lightfield/bandwidth.h"
 #include "lightfield/color.h"
 #include "lightfield/display.h"

@@ -385,7 +385,13 @@ INSTANTIATE_TEST_SUITE_P(
             }},
         Bad{"0 x 12 pixels", [](Display& d) { d.width_px = 0; }},
         Bad{"24 x -1 pixels", [](Display& d) { d.height_px = -1; }},
-        Bad{"900000000 emitters", [](Display& d) { d.width_px = d.height_px = 30000; }},
+        Bad{"900000000 pixels", [](Display& d) { d.width_px = d.height_px = 30000; }},
+        Bad{"1000000000 pixels", [](Display& d) { d.width_px = 1000000000, d.height_px = 1; }},
+        Bad{"1000000000000000000 pixels",
+            [](Display& d) {
+              d.width_px = d.height_px = 1000000000;
+              d.binning_px = 1000000;
+            }},
         Bad{"does not divide", [](Display& d) { d.binning_px = 5; }},
         Bad{"does not divide", [](Display& d) { d.binning_px = 0; }},
         Bad{"fits the panel", [](Display& d) { d.width_px = 1; }},

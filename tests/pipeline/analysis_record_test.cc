@@ -6,9 +6,14 @@
 #include "distribute/displays.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
+#include "lightfield/image_io.h"
 #include "pipeline/analysis_figure.h"
 #include "pipeline/analysis_table.h"
+#include "pipeline/depth_record.h"
 #include "pipeline/json_file.h"
+#include "pipeline/layers_record.h"
+#include "pipeline/poses_record.h"
+#include "tests/depth/analytic_scene.h"
 #include "tests/scratch.h"
 
 namespace lamella {
@@ -79,6 +84,55 @@ TEST(AnalysisTable, SaysWhatTheDisplayIs) {
 TEST(SceneDepths, RefusesAWorkspaceWithoutLayers) {
   const Workspace workspace(ScratchFolder());
   EXPECT_THROW(SceneDepths(workspace), Error);
+}
+
+// A capture of one view and its placement for a display: all that the scene's analysis reads.
+Workspace PlacedFor(const Display& display, const std::filesystem::path& root) {
+  Workspace workspace(root / "W");
+  for (const char* stage : {"poses", "depth", "layers"}) CreateFolder(workspace.Stage(stage));
+  testing_scene::TexturedRectangle wall;
+  wall.centre = {0, 0, 9};
+  wall.wavelength = 0.4;
+  DepthView truth = testing_scene::Scene({wall}).Capture(testing_scene::PinholeOf(96, 96, 100),
+                                                         testing_scene::PoseAt({0, 0, 0}));
+  truth.view.name = "middle";
+  truth.view.image = root / "middle.png";
+  WriteSrgb8(truth.view.image, truth.color.span());
+  SaveDepthMap(workspace.Stage("depth") / "middle.exr", truth.depth);
+  ViewSet set;
+  set.views.push_back(truth.view);
+  SaveViewSet(workspace.Stage("poses"), set, {});
+  LayersRecord record;
+  record.display = display;
+  record.placement = Place(truth.view, 7, 9.5, display, {}, nullptr);
+  SaveLayersRecord(workspace.Stage("layers"), record);
+  return workspace;
+}
+
+TEST(AnalyzeWorkspace, TakesTheLayersOfAnyDisplay) {
+  Display lenticular = FindDisplay("paper-one-layer");
+  lenticular.name = "lenticular";
+  lenticular.layers[0].optics = Lenticular{};
+  const std::filesystem::path root = ScratchFolder();
+  for (const Display& made_for :
+       {FindDisplay("paper-two-layer"), FindDisplay("paper-varifocal"), lenticular}) {
+    const Workspace workspace = PlacedFor(made_for, root / made_for.name);
+    const Placement placement = LoadLayersRecord(workspace).placement;
+    const DepthInterval depths = SceneDepths(workspace);
+    EXPECT_DOUBLE_EQ(depths.from_mm, placement.far_mm);
+    EXPECT_DOUBLE_EQ(depths.to_mm, placement.near_mm);
+    for (const Display& display : {FindDisplay("paper-varifocal"), lenticular}) {
+      const SceneAnalysis scene = AnalyzeWorkspace(workspace, display, Of(display));
+      EXPECT_EQ(scene.placed_for, made_for.name);
+      EXPECT_DOUBLE_EQ(scene.figures.known_share, 1);
+      // The wall alone is seen: all of it at one depth.
+      EXPECT_NEAR(scene.figures.near_mm, placement.ZFromDepth(9), 1e-3);
+      EXPECT_NEAR(scene.figures.far_mm, placement.ZFromDepth(9), 1e-3);
+      ASSERT_TRUE(scene.figures.detail_kept);
+      EXPECT_GE(*scene.figures.detail_kept, 0);
+      EXPECT_LE(*scene.figures.detail_kept, 1 + 1e-9);
+    }
+  }
 }
 
 }  // namespace

@@ -173,7 +173,7 @@ TEST(HciGrid, MovesAPointByItsDisparityAndNotAtAllOnTheFocusPlane) {
 // A grid of 3 x 3 views of 4 x 2 px, f = 8 px, B = 0.5 m, focus at 4 m; disparities (px) of the
 // centre view from the top row on.
 fs::path SmallGridWithDisparity(const std::vector<float>& disparities, int width = 4) {
-  const fs::path folder = ScratchFolder();
+  fs::path folder = ScratchFolder();
   WriteFile(folder / "parameters.cfg",
             "[intrinsics]\nfocal_length_mm = 70\nimage_resolution_x_px = 4\n"
             "image_resolution_y_px = 2\nsensor_size_mm = 35\n[extrinsics]\nnum_cams_x = 3\n"

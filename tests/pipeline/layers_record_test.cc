@@ -62,7 +62,17 @@ TEST(LayersRecord, KeepsDisplaysOfAnyOptics) {
   LayersRecord record = Record();
   Display lenticular = FindDisplay("paper-one-layer");
   lenticular.layers[0].optics = Lenticular{4.5, -1.0 / 6, 9, 0.25, 4};
-  for (const Display& display : {FindDisplay("paper-varifocal"), lenticular}) {
+  Display lenslets = FindDisplay("paper-two-layer");
+  lenslets.layers[0].optics =
+      LensletArray{LensletArray::Lattice::kSquare, 7.3, 5, 0.25, -1.0 / 3, false, 2.8};
+  lenslets.layers[0].magnification = 1.0 / 3;
+  Display relayed = FindDisplay("paper-varifocal");
+  relayed.border_mm = 1;
+  relayed.varifocal->spacing = Varifocal::Spacing::kSinusoidal;
+  relayed.varifocal->relay_focal_mm = 700.0 / 3;
+  relayed.varifocal->magnification0 = 0.9;
+  relayed.layers = PlanesOf(*relayed.varifocal, relayed.layers[0]);
+  for (const Display& display : {FindDisplay("paper-varifocal"), lenticular, lenslets, relayed}) {
     record.display = display;
     SaveLayersRecord(workspace.Stage("layers"), record);
     EXPECT_EQ(LoadLayersRecord(workspace).display, display);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "datasets_synthetic/prototype.h"
+#include "distribute/emitter_frame.h"
 #include "distribute/encode_barrier.h"
 #include "distribute/simulate_eye.h"
 #include "lightfield/calibration.h"

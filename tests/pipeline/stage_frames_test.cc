@@ -8,9 +8,12 @@
 #include "distribute/displays.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/color.h"
+#include "lightfield/error.h"
 #include "lightfield/image_io.h"
+#include "lightfield/lenslet_map.h"
 #include "lightfield/parallel.h"
 #include "pipeline/layers_record.h"
+#include "pipeline/panel_images.h"
 #include "pipeline/stages.h"
 #include "tests/scratch.h"
 
@@ -34,12 +37,10 @@ EmitterImage Emitters(int layer, int slot, int columns, int rows) {
   return image;
 }
 
-Workspace WithLayers(const std::string& name) {
+Workspace WithLayers(Display display) {
   Workspace workspace(ScratchFolder());
   LayersRecord record;
-  record.display = FindDisplay(name);
-  record.display.width_px = kWidth;
-  record.display.height_px = kHeight;
+  record.display = std::move(display);
   View view;
   view.camera = {CameraModel::kPinhole, 64, 48, 50, 50, 32, 24, {}};
   record.placement = Place(view, 1, 2, record.display, {}, nullptr);
@@ -47,13 +48,21 @@ Workspace WithLayers(const std::string& name) {
   CreateFolder(folder);
   SaveLayersRecord(folder, record);
   for (int layer = 0; layer < static_cast<int>(record.display.layers.size()); ++layer) {
-    for (int slot = 0; slot < 9; ++slot) {
+    const int k = SlotsPerAxis(record.display.layers[static_cast<std::size_t>(layer)]);
+    for (int slot = 0; slot < k * k; ++slot) {
       SaveEmitterImage(
           folder, layer, slot,
           Emitters(layer, slot, record.display.emitter_columns(), record.display.emitter_rows()));
     }
   }
   return workspace;
+}
+
+Workspace WithLayers(const std::string& name) {
+  Display display = FindDisplay(name);
+  display.width_px = kWidth;
+  display.height_px = kHeight;
+  return WithLayers(std::move(display));
 }
 
 void MakeFrames(const Workspace& workspace, const FramesOptions& options = {}) {
@@ -124,6 +133,76 @@ TEST(StageFrames, WritesTheSameBytesWithAnyNumberOfThreads) {
     hashes[threads - 1] = LoadStageRecord(workspace, "frames")->OutputsHash();
   }
   EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+Display SmallVarifocal(bool mirror_x) {
+  Display display = FindDisplay("paper-varifocal");
+  display.width_px = 130;
+  display.height_px = 92;
+  display.varifocal->planes = 5;
+  display.layers[0].mirror_x = mirror_x;
+  display.layers = PlanesOf(*display.varifocal, display.layers[0]);
+  return display;
+}
+
+TEST(StageFrames, PacksAVarifocalDisplaysPlanesSoThatTheirMeanIsTheirGrey) {
+  for (const bool mirror_x : {false, true}) {
+    const Workspace workspace = WithLayers(SmallVarifocal(mirror_x));
+    FramesOptions options;
+    options.strokes = 8;
+    options.channels = "GBR";
+    options.bits = "msb-first";
+    MakeFrames(workspace, options);
+    const LayersRecord record = LoadLayersRecord(workspace);
+    const LayerImages layers = LoadLayerImages(workspace, record);
+    const PanelImages panels = LoadPanelImages(workspace, record);
+    EXPECT_TRUE(panels.grey);
+    for (int plane = 0; plane < 5; ++plane) {
+      const LensletMap map(record.display, plane);
+      const EmitterImage& asked = layers.slots[static_cast<std::size_t>(plane)][0];
+      const EmitterImage& shown = panels.layers.slots[static_cast<std::size_t>(plane)][0];
+      for (int y = 0; y < 92; ++y) {
+        for (int x = 0; x < 130; ++x) {
+          const float grey = map.Pixel(x, y) ? std::min(1.0F, Luminance(asked.color(x, y))) : 0.0F;
+          // Sums over planes are right to a stroke; each plane's on its own to two.
+          ASSERT_NEAR(shown.color(x, y).g, grey, 2.0F / 8) << plane << " " << x << " " << y;
+          if (grey == 0) {
+            ASSERT_EQ(shown.color(x, y), Rgb());
+          }
+        }
+      }
+    }
+    const auto json = nlohmann::json::parse(ReadText(workspace.Stage("frames") / "frames.json"));
+    EXPECT_EQ(json.at("strokes").size(), 8U);
+    EXPECT_EQ(json.at("strokes")[0].at("planes"), (std::vector<int>{0, 1, 2, 3, 4}));
+    EXPECT_EQ(json.at("strokes")[1].at("planes"), (std::vector<int>{4, 3, 2, 1, 0}));
+    EXPECT_EQ(json.at("packing").at("channels"), "GBR");
+    EXPECT_EQ(json.at("bit_depth"), 1);
+    EXPECT_EQ(json.at("mirror_x"), mirror_x);
+  }
+}
+
+TEST(StageFrames, ShowsAVarifocalDisplaysPlanesInGreyWhereAsked) {
+  const Workspace workspace = WithLayers(SmallVarifocal(false));
+  FramesOptions options;
+  options.planes = "grey";
+  MakeFrames(workspace, options);
+  EXPECT_FALSE(std::filesystem::exists(workspace.Stage("frames") / "layer_0_slot_0_modulator.png"));
+  const LayersRecord record = LoadLayersRecord(workspace);
+  const LayerImages layers = LoadLayerImages(workspace, record);
+  const PanelImages panels = LoadPanelImages(workspace, record);
+  EXPECT_FALSE(panels.grey);
+  EXPECT_NEAR(panels.layers.slots[3][0].color(20, 10).g, layers.slots[3][0].color(20, 10).g,
+              0.005F);
+}
+
+TEST(StageFrames, RefusesAnOddNumberOfStrokesThereAndBack) {
+  const Workspace workspace = WithLayers(SmallVarifocal(false));
+  FramesOptions options;
+  options.strokes = 7;
+  EXPECT_THROW(MakeFrames(workspace, options), Error);
+  options.there_and_back = false;
+  MakeFrames(workspace, options);
 }
 
 }  // namespace

@@ -178,12 +178,16 @@ class StagePreviewTest : public testing::Test {
           const int row = static_cast<int>(std::floor(kPanel / 2.0 - y / pitch));
           return frame(layer == 0 ? kPanel - 1 - column : column, row);
         };
-        for (int i = 0; i < 4 * part.width * part.height; ++i) {
-          const int x = i / 4 % part.width, y = i / 4 / part.width;
-          const double x0 = left + (part.x + x + 0.25 + 0.5 * (i % 2)) * pixel;
-          const double y0 = top - (part.y + y + 0.25 + 0.5 * (i / 2 % 2)) * pixel;
+        constexpr int kLines = 16;  // of sight, per pixel and axis
+        for (int i = 0; i < kLines * kLines * part.width * part.height; ++i) {
+          const int line = i % (kLines * kLines), pixel_index = i / (kLines * kLines);
+          const int x = pixel_index % part.width, y = pixel_index / part.width;
+          const int u = line % kLines, v = line / kLines;
+          const double x0 = left + (part.x + x + (u + 0.5) / kLines) * pixel;
+          const double y0 = top - (part.y + y + (v + 0.5) / kLines) * pixel;
           // Mean of 9 slots over the brightness (2/6)^2; the mirror's 1/2 is in both.
-          picture(x, y) += at(modulator, x0, y0, z).g / 4 * at(emitter, x0, y0, z - 5);
+          picture(x, y) +=
+              at(modulator, x0, y0, z).g / (kLines * kLines) * at(emitter, x0, y0, z - 5);
         }
       }
     }
@@ -250,7 +254,7 @@ class StagePreviewTest : public testing::Test {
     const Workspace workspace(root_ / "W");
     const LayersRecord record = LoadLayersRecord(workspace);
     const LayerImages layers = LoadLayerImages(workspace, record);
-    const LayerImages panels = LoadPanelImages(workspace, record);
+    const LayerImages panels = LoadPanelImages(workspace, record).layers;
     for (std::size_t l = 0; l < 2; ++l) {
       for (std::size_t slot = 0; slot < 9; ++slot) {
         const EmitterImage &a = layers.slots[l][slot], &b = panels.slots[l][slot];

@@ -1,5 +1,6 @@
 """Bad input gets one clear line (what, where, what to do) and the right exit code, and leaves no half-written file."""
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -37,11 +38,31 @@ class CommandLine(SystemTest):
     def test_an_unknown_quality_is_refused(self):
         self.assert_refused(run("run", self.dir, "--workspace", self.dir / "w", "--quality", "bst"), 2, "bst", "best")
 
-    def test_a_display_of_lenses_is_refused_before_any_work(self):
+    def test_a_display_with_a_mistake_is_refused_before_any_work_in_one_line(self):
         write_grid(self.dir / "grid")
-        result = run("run", self.dir / "grid", "--workspace", self.dir / "w", "--display", "paper-varifocal")
-        self.assert_refused(result, 2, "paper-varifocal", "lenslets", "barriers")
-        self.assertFalse((self.dir / "w" / "capture").exists())
+        display = run("displays", "show", "paper-two-layer").out
+        file = self.dir / "mine.toml"
+        for key, wrong, *words in (
+                ("d0_mm", "-1", "d0_mm = -1", "give"), ("d0_mm", "inf", "d0_mm = inf", "give"),
+                ("pitch_mm", "0", "pitch_mm = 0", "give"), ("pitch_mm", "nan", "pitch_mm = nan", "give"),
+                ("position_mm", "4", "layers 0 and 1 are at 4 and 4 mm", "position_mm"),
+                ("slots", "4", "slots = 4", "divide the period"), ("aperture_px", "3", "aperture_px = 3", "parity"),
+                ("period_px", "0", "period_px = 0", "give"), ("width_px", "600000000", "pixels", "at most"),
+                ("border_mm", "21", "border_mm = 21", "give at most"),
+                ("viewing_distance_mm", "3", "viewing_distance_mm = 3", "in front"),
+                ("binning_px", "1\ngapp = 3", "gapp", "did you mean")):
+            with self.subTest(key=key, wrong=wrong):
+                file.write_text(re.sub(rf"(?m)^{key} = .*$", f"{key} = {wrong}", display))
+                result = run("run", self.dir / "grid", "--workspace", self.dir / "w", "--display", file)
+                self.assert_refused(result, 2, "mine.toml", *words)
+                self.assertFalse((self.dir / "w" / "capture").exists())
+
+    def test_a_display_of_lenses_gets_its_frames(self):
+        write_grid(self.dir / "grid")
+        result = run("run", self.dir / "grid", "--workspace", self.dir / "w", "--display", "paper-varifocal",
+                     "--quality", "draft", "--until", "frames")
+        self.assertEqual(result.code, 0, result.err)
+        self.assertEqual(len(list((self.dir / "w" / "frames").glob("stroke_*.png"))), 16)
 
     def test_a_value_out_of_range_names_its_flag(self):
         self.assert_refused(run("run", self.dir, "--workspace", self.dir / "w", "--poses-features", "-5"), 2, "--poses-features")
