@@ -95,7 +95,7 @@ Experiment Accommodation(Effort effort) {
       "paper-varifocal, 104x68 px, hard borders, eye at 500 mm with a 4 mm pupil; a square of 3 mm "
       "at z; focus by steps of 2 mm within 10 mm of it (24 planes) or from -60 to 60 mm (one).";
   const double half_spacing = 188.0 / 23 / 2;
-  Figure figure{"Sharpness over the eye's focus", "focus, mm", "edge energy / largest", {}};
+  Figure figure{"Sharpness over the eye's focus", "focus, mm", "edge energy over the largest", {}};
   const Display many = Varifocal(true);
   for (const double z : {-94.0, -57.0, 0.0, 30.0, 82.0}) {
     if (quick && z != 30) continue;
@@ -105,7 +105,7 @@ Experiment Accommodation(Effort effort) {
         AtMost(fmt::format("24 planes, point at {:g} mm: sharpest focus is off by, mm", z),
                std::abs(focus.sharpest_mm - z), half_spacing));
     figure.curves.push_back(
-        {fmt::format("24 planes, z = {:g}", z), focus.planes_mm, focus.sharpness, false});
+        {fmt::format("24 planes, z = {:g}", z), focus.planes_mm, focus.sharpness});
   }
   const Display one = Varifocal(false);
   for (const double z : {-40.0, 30.0}) {
@@ -115,13 +115,12 @@ Experiment Accommodation(Effort effort) {
         fmt::format("one layer at 0, point at {:g} mm: sharpest focus is off the layer by, mm", z),
         std::abs(focus.sharpest_mm), half_spacing));
     figure.curves.push_back(
-        {fmt::format("one layer, z = {:g}", z), focus.planes_mm, focus.sharpness, true});
+        {fmt::format("one layer, z = {:g}", z), focus.planes_mm, focus.sharpness, Stroke::kSecond});
   }
   experiment.figures.push_back(std::move(figure));
   experiment.reason =
       "A point halfway between two planes is half a spacing from either; the focus goes to the "
-      "plane "
-      "that shows it.";
+      "plane that shows it.";
   return experiment;
 }
 

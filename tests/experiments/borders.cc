@@ -199,21 +199,19 @@ Experiment FuzzyBorders(Effort effort) {
   experiment.id = "7";
   experiment.claim =
       "Overlapping borders save samples: for a textured surface through a border, w = 0.2 z_D is "
-      "at "
-      "least 3 dB nearer to its own fully sampled frames than w = 0 at equal m.";
+      "at least 3 dB nearer to its own fully sampled frames than w = 0 at equal m.";
   experiment.set_up =
       "paper-two-layer, 84x12 px, no shear, ramp z = 20 x/47 with the 1/f texture, emitters of "
-      "rays that "
-      "meet "
-      "it at |z| < 5 mm; m stochastic rays a beam (Algorithm 2), against 6 nodes a step and 4 "
-      "samples a pixel of the same w. Reported beside it: the program's own sampling, that is "
-      "central rays, and scattered nodes 1 and 2 a step (4 and 16 rays a beam).";
+      "rays that meet it at |z| < 5 mm; m stochastic rays a beam (Algorithm 2), against 6 nodes a "
+      "step and 4 samples a pixel of the same w. Reported beside it: the program's own sampling, "
+      "that is central rays, and scattered nodes 1 and 2 a step (4 and 16 rays a beam).";
   const Display display = SmallTwoLayers();
   const std::function<double(double, double)> texture = Texture(5);
   Figure figure{"Frames in the border band against fully sampled ones of the same border",
-                "m",
+                "m, rays a beam",
                 "PSNR, dB",
-                {}};
+                {},
+                true};
   for (const bool lens : {true, false}) {
     if (quick && !lens) continue;
     const std::string beam = lens ? "lens beam" : "pinhole beam";
@@ -230,8 +228,11 @@ Experiment FuzzyBorders(Effort effort) {
     }
     const std::vector<double> m(kRays.begin(), kRays.end());
     const auto curve = [&](double w, const Convergence& c) {
-      figure.curves.push_back(
-          {fmt::format("{}, w = {:g} mm", beam, w), m, {c.random.begin(), c.random.end()}, !lens});
+      figure.curves.push_back({fmt::format("{}, w = {:g} mm", beam, w),
+                               m,
+                               {c.random.begin(), c.random.end()},
+                               lens ? Stroke::kMeasured : Stroke::kSecond,
+                               fmt::format("lens beam, w = {:g} mm", w)});
     };
     curve(0, hard);
     curve(4, fuzzy);

@@ -33,7 +33,10 @@ Experiment SeenBrightness(Effort effort) {
   experiment.set_up =
       "White plane at z = 1 mm, presets cut to 480 px (150 mm) x 12 px; eyes at D on the axis and "
       "at 0.5 and 0.99 of the clean box, lenses without shear.";
-  Figure figure{"Seen luminance of a white frame", "eye off the axis, mm", "share", {}};
+  Figure figure{"Seen luminance of a white frame",
+                "eye off the axis, mm",
+                "share of the panel's luminance",
+                {}};
   struct Case {
     std::string name;
     Display display;
@@ -55,7 +58,7 @@ Experiment SeenBrightness(Effort effort) {
     const LayerImages images = Distribute(white, c.display, Sampling(1, 1), SilentProgress());
     const double box = CleanEyeBox(c.display);
     experiment.rows.push_back(Reported(c.name + ": clean eye box, mm", box));
-    Curve curve{c.name, {}, {}, false};
+    Curve curve{c.name, {}, {}};
     for (double share = 0; share <= 2; share += effort == Effort::kQuick ? 0.5 : 0.125) {
       curve.x.push_back(share * box);
       curve.y.push_back(SeenShare(images, c.display, share * box));
@@ -70,6 +73,10 @@ Experiment SeenBrightness(Effort effort) {
     figure.curves.push_back(std::move(curve));
   }
   experiment.figures.push_back(std::move(figure));
+  experiment.reason =
+      "Beyond the clean box the light stays (to twice the box here): what is seen there comes from "
+      "a neighbour's window, and emitters that the shear's steps miss are given to the nearest "
+      "opening, so that they are not dark.";
   return experiment;
 }
 

@@ -71,14 +71,14 @@ double RangeWithCutoff(const CutoffCurve& curve, double least) {
 }
 
 Curve Capped(const std::string& name, const CutoffCurve& curve) {
-  Curve capped{name, curve.depths, curve.cutoffs, false};
+  Curve capped{name, curve.depths, curve.cutoffs};
   for (double& cutoff : capped.y) cutoff = std::min(cutoff, 1 / (2 * kLatticeMm));
   return capped;
 }
 
 // Eq. 1 of the best of the layers.
 Curve Expected(const std::string& name, const Display& display, double most) {
-  Curve curve{name, {}, {}, true};
+  Curve curve{name, {}, {}, Stroke::kClosedForm};
   for (double z = -most; z <= most; z += most / 120) {
     double best = 0;
     for (const Layer& layer : display.layers) {
@@ -102,8 +102,7 @@ Experiment DepthOfField(Effort effort) {
   experiment.id = "1";
   experiment.claim =
       "More layers of equal angular sampling, 2 z_max apart, make the depth of field wider: n "
-      "times "
-      "with full cut-off 1/(2 Delta x), (n + 1)/2 times with at least half of it.";
+      "times with full cut-off 1/(2 Delta x), (n + 1)/2 times with at least half of it.";
   experiment.set_up =
       "Lens beam, z_max = 10 mm, hard borders, planes from -60 to 60 mm; prefilter and display, "
       "mean over 16 far eyes in an emitter step.";
@@ -176,8 +175,9 @@ Experiment HalfTheRays(Effort effort) {
                                    1, kTolerance));
     experiment.rows.push_back(Near(at + "mean MTF of two over that of one",
                                    Mean(mtf_half[f]) / Mean(mtf_one[f]), 1, kTolerance));
-    figure.curves.push_back({at + "one layer", depths, mtf_one[f], true});
-    figure.curves.push_back({at + "two layers", depths, mtf_half[f], false});
+    figure.curves.push_back({at + "two layers", depths, mtf_half[f]});
+    figure.curves.push_back(
+        {at + "one layer", depths, mtf_one[f], Stroke::kSecond, at + "two layers"});
   }
   for (const auto& [name, display] :
        {std::pair("one layer", &one), std::pair("two layers", &half)}) {
@@ -211,21 +211,25 @@ Experiment OutsideTheRange(Effort effort) {
   for (int n = 1; n <= 3; ++n) {
     const Display display = Lenses(EqualRangePositionsMm(n, kSharpRangeMm), lenses, n);
     const CutoffMeter meter(display, window, 1.3 * kNyquist);
-    Curve measured{fmt::format("n = {}", n), times, {}, false};
-    Curve expected{fmt::format("n = {}", n), times, {}, true};
-    for (const double t : times) {
-      measured.y.push_back(meter.CutoffAt(t * kSharpRangeMm));
-      expected.y.push_back(CombinedCutoffPerMm(t * kSharpRangeMm, n, kSharpRangeMm / kLensPitchPx,
-                                               kLatticeMm, kLatticeMm / kLensPitchPx));
+    Curve measured{fmt::format("n = {}", n), times, {}};
+    Curve expected{fmt::format("n = {}", n), {}, {}, Stroke::kClosedForm};
+    const auto closed = [&](double t) {
+      return CombinedCutoffPerMm(t * kSharpRangeMm, n, kSharpRangeMm / kLensPitchPx, kLatticeMm,
+                                 kLatticeMm / kLensPitchPx);
+    };
+    for (const double t : times) measured.y.push_back(meter.CutoffAt(t * kSharpRangeMm));
+    for (double t = 1.2; t <= 3; t += 0.05) {
+      expected.x.push_back(t);
+      expected.y.push_back(closed(t));
     }
     cutoffs.push_back(measured.y);
-    const std::size_t at_two = effort == Effort::kQuick ? 0 : 2;
-    experiment.rows.push_back(Near(fmt::format("n = {}: cut-off at t = 2, cycles/mm", n),
-                                   measured.y[at_two], expected.y[at_two], kTolerance));
-    if (n > 1) {
-      experiment.rows.push_back(Near(fmt::format("n = {}: relative to one layer at t = 2", n),
-                                     cutoffs.back()[at_two] / cutoffs[0][at_two],
-                                     2.0 / (2 * n - n + 1), kTolerance));
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const std::string at = fmt::format("n = {}, t = {:g}: ", n, times[i]);
+      experiment.rows.push_back(
+          Near(at + "cut-off, cycles/mm", measured.y[i], closed(times[i]), kTolerance));
+      if (n == 1) continue;
+      experiment.rows.push_back(Near(at + "relative to one layer", measured.y[i] / cutoffs[0][i],
+                                     times[i] / (n * times[i] - n + 1), kTolerance));
     }
     figure.curves.push_back(std::move(measured));
     figure.curves.push_back(std::move(expected));
@@ -262,11 +266,17 @@ Experiment EqualBandwidth(Effort effort) {
   Figure over_depth{"MTF of two layers over depth at 0.4 cycles/mm", "z, mm", "MTF", {}};
   for (const bool lens : {true, false}) {
     const Display display = lens ? Lenses({-10, 10}, lenses) : Pinholes({-10, 10}, 2 * lenses);
-    Curve curve{lens ? "lenses" : "pinholes", {}, {}, false};
-    for (double z = -20; z <= 20; z += quick || !lens ? 10 : 5) {
+    const AxisBeam beam = MiddleBeam(display, display.layers[0]);
+    const std::string name = lens ? "lenses" : "pinholes";
+    Curve curve{name, {}, {}}, closed{name, {}, {}, Stroke::kClosedForm};
+    for (double z = -20; z <= 20; z += quick ? 10 : 2.5) {
       curve.x.push_back(z);
       curve.y.push_back(ChainMtfAt(display, window, z, {f}, lens ? Sampling(8, 2) : Sampling(6, 3),
                                    kViewsPerStep)[0]);
+    }
+    for (double z = -20; z <= 20; z += 0.25) {
+      closed.x.push_back(z);
+      closed.y.push_back(ChainMtf(beam, z - (z < 0 ? -10 : 10), f));
     }
     const double ends = (curve.y.front() + curve.y.back()) / 2;
     const double gap = curve.y[curve.y.size() / 2];
@@ -282,6 +292,7 @@ Experiment EqualBandwidth(Effort effort) {
           Reported("pinholes: MTF 10 mm before the front layer", curve.y.back()));
     }
     over_depth.curves.push_back(std::move(curve));
+    over_depth.curves.push_back(std::move(closed));
   }
   experiment.figures.push_back(std::move(over_depth));
   experiment.reason =

@@ -29,15 +29,23 @@ Row AtLeast(std::string what, double measured, double expected);
 Row AtMost(std::string what, double measured, double expected);
 Row Reported(std::string what, double measured);
 
+enum class Stroke {
+  kMeasured,    // points; a line through them where no closed form of the same name goes beside
+  kSecond,      // measured, dashed
+  kClosedForm,  // what is expected, a thin line
+};
+
 struct Curve {
   std::string name;
   std::vector<double> x, y;
-  bool expected = false;  // a closed form beside the measurements; drawn dashed
+  Stroke stroke = Stroke::kMeasured;
+  std::string color_of = {};  // takes the colour of the curve of this name
 };
 
 struct Figure {
   std::string title, x_label, y_label;
   std::vector<Curve> curves;
+  bool log_x = false;
 };
 
 // More numbers than belong into rows.

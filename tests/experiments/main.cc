@@ -16,6 +16,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+const char* NameOf(Stroke stroke) {
+  switch (stroke) {
+    case Stroke::kMeasured:
+      return "measured";
+    case Stroke::kSecond:
+      return "second";
+    case Stroke::kClosedForm:
+      return "closed form";
+  }
+  return "";
+}
+
 const char* NameOf(Relation relation) {
   switch (relation) {
     case Relation::kNear:
@@ -49,12 +61,16 @@ Json ToJson(const Experiment& experiment) {
   for (const Figure& figure : experiment.figures) {
     Json curves = Json::array();
     for (const Curve& curve : figure.curves) {
-      curves.push_back(
-          {{"name", curve.name}, {"x", curve.x}, {"y", curve.y}, {"expected", curve.expected}});
+      curves.push_back({{"name", curve.name},
+                        {"x", curve.x},
+                        {"y", curve.y},
+                        {"stroke", NameOf(curve.stroke)},
+                        {"color_of", curve.color_of}});
     }
     json["figures"].push_back({{"title", figure.title},
                                {"x_label", figure.x_label},
                                {"y_label", figure.y_label},
+                               {"log_x", figure.log_x},
                                {"curves", std::move(curves)}});
   }
   json["tables"] = Json::array();

@@ -138,8 +138,8 @@ void Report(const std::string& beam, const Sweep& sweep, const std::vector<Kind>
   const AxisBeam middle = MiddleBeam(sweep.display, sweep.display.layers[0]);
   for (std::size_t z = 0; z < sweep.depths.size(); ++z) {
     const std::string name = fmt::format("z = {:g} mm", sweep.depths[z]);
-    figure.curves.push_back({name, sweep.frequencies, kinds[2].measured[z], false});
-    Curve closed{name, {}, {}, true};
+    figure.curves.push_back({name, sweep.frequencies, kinds[2].measured[z]});
+    Curve closed{name, {}, {}, Stroke::kClosedForm};
     for (double f = 0; f <= sweep.frequencies.back() * 1.05; f += 0.01) {
       closed.x.push_back(f);
       closed.y.push_back(ChainMtf(middle, sweep.depths[z], f));

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -118,6 +119,19 @@ double ExpectedWidth(bool lens, double spacing_mm) {
                             spacing_mm * step);
 }
 
+// The part of a rim that a figure shows.
+constexpr double kShownMm = 8;
+
+Curve Within(double most_mm, const Rim& rim, std::string name) {
+  Curve curve{std::move(name), {}, {}};
+  for (std::size_t i = 0; i < rim.seen.size(); ++i) {
+    if (std::abs(rim.distance_mm[i]) > most_mm) continue;
+    curve.x.push_back(rim.distance_mm[i]);
+    curve.y.push_back(rim.seen[i]);
+  }
+  return curve;
+}
+
 const char* NameOf(bool lens) { return lens ? "lenses" : "pinholes"; }
 
 // A disc instead of a bar, before pinholes: brightness that eyes see in its middle.
@@ -159,16 +173,15 @@ Experiment Shadows(Effort effort) {
   experiment.id = "8";
   experiment.claim =
       "Shadows imitate occlusion: inside a dark disc before a bright plane, farther than the "
-      "halo's "
-      "width from its rim, at most 2 % of the background is seen (100 % without zero rays).";
+      "halo's width from its rim, at most 2 % of the background is seen (100 % without zero rays).";
   experiment.set_up =
       "White plane in the back layer, a black bar of 30 mm in the front one, z_D apart, mean over "
       "far eyes of a step; and a black disc of 9 mm radius before pinholes, z_D = 10 mm.";
-  Figure figure{"Seen brightness across the rim of a black bar",
-                "distance outwards from the rim, mm",
-                "seen / background",
-                {}};
   for (const bool lens : {true, false}) {
+    Figure figure{fmt::format("Seen brightness across the rim of a black bar, {}", NameOf(lens)),
+                  "distance outwards from the rim, mm",
+                  "seen / background",
+                  {}};
     for (const double spacing : {5.0, 10.0, 20.0, 40.0}) {
       if (quick && spacing != 10) continue;
       const Rim rim = MeanRim(lens, spacing, 1);
@@ -178,13 +191,17 @@ Experiment Shadows(Effort effort) {
       }
       const std::string name = fmt::format("{}, z_D = {:g} mm", NameOf(lens), spacing);
       experiment.rows.push_back(AtMost(name + ": brightest inside the bar", brightest, 0.02));
-      figure.curves.push_back({name, rim.distance_mm, rim.seen, !lens});
+      figure.curves.push_back(Within(kShownMm, quick ? rim : MeanRim(lens, spacing, 4),
+                                     fmt::format("z_D = {:g} mm", spacing)));
     }
+    experiment.figures.push_back(std::move(figure));
   }
   experiment.rows.push_back(
       AtMost("pinholes, z_D = 10 mm: brightest inside the disc, one halo from its rim",
              InsideADisc(9, 9 - ExpectedWidth(false, 10)), 0.02));
-  experiment.figures.push_back(std::move(figure));
+  experiment.rows.push_back(
+      Reported("the same without zero rays: the back layer alone shows its whole plane",
+               InsideADisc(0, 9 - ExpectedWidth(false, 10))));
   return experiment;
 }
 
@@ -200,16 +217,18 @@ Experiment HaloWidth(Effort effort) {
       "one emitter step and 4 lattice phases of the rim.";
   Figure figure{"10-90 % width of the halo", "z_D, mm", "width, mm", {}};
   for (const bool lens : {true, false}) {
-    Curve measured{NameOf(lens), {}, {}, false}, expected{NameOf(lens), {}, {}, true};
+    Curve measured{NameOf(lens), {}, {}}, expected{NameOf(lens), {}, {}, Stroke::kClosedForm};
     for (const double spacing : {5.0, 10.0, 20.0, 40.0}) {
       if (quick && spacing != 10 && spacing != 20) continue;
       measured.x.push_back(spacing);
       measured.y.push_back(MeanRim(lens, spacing, 4).Width());
-      expected.x.push_back(spacing);
-      expected.y.push_back(ExpectedWidth(lens, spacing));
       experiment.rows.push_back(
           Near(fmt::format("{}, z_D = {:g} mm: width, mm", NameOf(lens), spacing),
-               measured.y.back(), expected.y.back(), 0.15));
+               measured.y.back(), ExpectedWidth(lens, spacing), 0.15));
+    }
+    for (double spacing = 5; spacing <= 40; spacing += 1) {
+      expected.x.push_back(spacing);
+      expected.y.push_back(ExpectedWidth(lens, spacing));
     }
     double least_growth = 1e9;
     for (std::size_t i = 1; i < measured.y.size(); ++i) {
@@ -294,9 +313,16 @@ Experiment HaloStrength(Effort effort) {
         experiment.rows.push_back(Reported(at + "darkest, single view", halo.darkest_of_eyes));
         experiment.rows.push_back(
             Reported(at + "largest jump from view to view", halo.largest_jump));
-        Curve curve{name, {}, halo.mean, !filter};
+        Curve curve{name,
+                    {},
+                    {},
+                    filter ? Stroke::kMeasured : Stroke::kSecond,
+                    fmt::format("z_D = {:g} mm, filter on", spacing)};
         for (std::size_t i = 0; i < halo.mean.size(); ++i) {
-          curve.x.push_back((static_cast<double>(i) + 0.5) * kPixelMm);
+          const double distance = (static_cast<double>(i) + 0.5) * kPixelMm;
+          if (distance > kShownMm) break;
+          curve.x.push_back(distance);
+          curve.y.push_back(halo.mean[i]);
         }
         figure.curves.push_back(std::move(curve));
       }
