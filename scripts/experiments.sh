@@ -17,4 +17,4 @@ if (($#)); then
 fi
 build/release/tests/lamella_experiments >output/experiments.json
 exec python3 scripts/experiments.py output/experiments.json --page docs/experiments.md \
-  --figures docs/figures/experiments
+  --figures docs/experiments

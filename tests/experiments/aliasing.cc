@@ -99,7 +99,7 @@ Experiment Aliasing(Effort effort) {
     figure.curves.push_back(std::move(wrong));
     const AxisBeam beam = MiddleBeam(display, display.layers[0]);
     Curve closed{name, {}, {}, Stroke::kClosedForm};
-    for (double f = 0.2; f <= 1; f += 0.01) {
+    for (double f = 0.2; f < 1.005; f += 0.01) {
       closed.x.push_back(f);
       closed.y.push_back(20 * std::log10(std::max(std::abs(Mtf(beam, kPlaneMm, f)), 1e-3)));
     }
