@@ -78,6 +78,9 @@ def axes(plot, figure):
     marks = ticks(*plot.x)
     if plot.log:
         marks = sorted({x for curve in figure["curves"] for x in curve["x"]})
+        if len(marks) > 8:
+            decades = range(math.floor(math.log10(plot.x[0])), math.ceil(math.log10(plot.x[1])) + 1)
+            marks = [m * 10.0 ** k for k in decades for m in (1, 2, 5) if plot.x[0] <= m * 10.0 ** k <= plot.x[1]]
     for value in marks:
         x, _ = plot.at(value, 0)
         parts.append(f'<path d="M{x:.1f} {TOP}V{HEIGHT - BOTTOM}" class="grid"/>')
@@ -232,7 +235,7 @@ def closest(experiment):
 
 
 def name_of(experiment):
-    return "MTF" if experiment["id"] == "mtf" else f"Experiment {experiment['id']}"
+    return {"mtf": "MTF", "trade": "Speed for accuracy"}.get(experiment["id"], f"Experiment {experiment['id']}")
 
 
 def anchor(experiment):
@@ -254,7 +257,9 @@ def section(experiment, figures):
     for table in experiment["tables"]:
         lines += ["<details>", f"<summary>{table['title']}</summary>", "",
                   "| " + " | ".join(table["columns"]) + " |", "|" + " --- |" * len(table["columns"])]
-        lines += ["| " + " | ".join(map(number, row)) + " |" for row in table["rows"]]
+        names = [[name] for name in table["names"]] or [[]] * len(table["rows"])
+        lines += ["| " + " | ".join(name + [number(value) for value in row]) + " |"
+                  for name, row in zip(names, table["rows"])]
         lines += ["", "</details>", ""]
     return lines
 

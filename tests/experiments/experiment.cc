@@ -39,7 +39,7 @@ const std::vector<NamedExperiment>& AllExperiments() {
       {"6", Aliasing},        {"7", FuzzyBorders},    {"8", Shadows},
       {"9", HaloWidth},       {"10", HaloStrength},   {"11", ShearedRays},
       {"12", Accommodation},  {"14", SeenBrightness}, {"15", EnergyPartition},
-      {"16", SlotsAndDetail}, {"17", ViewRepeats}};
+      {"16", SlotsAndDetail}, {"17", ViewRepeats},    {"trade", SpeedForAccuracy}};
   return all;
 }
 

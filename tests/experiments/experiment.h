@@ -53,6 +53,7 @@ struct Table {
   std::string title;
   std::vector<std::string> columns;
   std::vector<std::vector<double>> rows;  // NaN: not measured
+  std::vector<std::string> names = {};    // of the rows, in a column of their own; or none
 };
 
 struct Experiment {
@@ -68,23 +69,24 @@ struct Experiment {
 // kQuick measures fewer points of the same set-up, by the same tolerances: a test's share.
 enum class Effort { kQuick, kFull };
 
-Experiment MtfRows(Effort effort);          // displays.md section 1.3
-Experiment DepthOfField(Effort effort);     // 1
-Experiment HalfTheRays(Effort effort);      // 2
-Experiment RayCounts(Effort effort);        // 3
-Experiment OutsideTheRange(Effort effort);  // 4
-Experiment EqualBandwidth(Effort effort);   // 5
-Experiment Aliasing(Effort effort);         // 6
-Experiment FuzzyBorders(Effort effort);     // 7
-Experiment Shadows(Effort effort);          // 8
-Experiment HaloWidth(Effort effort);        // 9
-Experiment HaloStrength(Effort effort);     // 10
-Experiment ShearedRays(Effort effort);      // 11
-Experiment Accommodation(Effort effort);    // 12
-Experiment SeenBrightness(Effort effort);   // 14
-Experiment EnergyPartition(Effort effort);  // 15
-Experiment SlotsAndDetail(Effort effort);   // 16
-Experiment ViewRepeats(Effort effort);      // 17
+Experiment MtfRows(Effort effort);           // displays.md section 1.3
+Experiment DepthOfField(Effort effort);      // 1
+Experiment HalfTheRays(Effort effort);       // 2
+Experiment RayCounts(Effort effort);         // 3
+Experiment OutsideTheRange(Effort effort);   // 4
+Experiment EqualBandwidth(Effort effort);    // 5
+Experiment Aliasing(Effort effort);          // 6
+Experiment FuzzyBorders(Effort effort);      // 7
+Experiment Shadows(Effort effort);           // 8
+Experiment HaloWidth(Effort effort);         // 9
+Experiment HaloStrength(Effort effort);      // 10
+Experiment ShearedRays(Effort effort);       // 11
+Experiment Accommodation(Effort effort);     // 12
+Experiment SeenBrightness(Effort effort);    // 14
+Experiment EnergyPartition(Effort effort);   // 15
+Experiment SlotsAndDetail(Effort effort);    // 16
+Experiment ViewRepeats(Effort effort);       // 17
+Experiment SpeedForAccuracy(Effort effort);  // no claim of the paper
 
 struct NamedExperiment {
   const char* id;

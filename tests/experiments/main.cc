@@ -75,8 +75,10 @@ Json ToJson(const Experiment& experiment) {
   }
   json["tables"] = Json::array();
   for (const Table& table : experiment.tables) {
-    json["tables"].push_back(
-        {{"title", table.title}, {"columns", table.columns}, {"rows", table.rows}});
+    json["tables"].push_back({{"title", table.title},
+                              {"columns", table.columns},
+                              {"rows", table.rows},
+                              {"names", table.names}});
   }
   return json;
 }
