@@ -150,10 +150,17 @@ def legend(plot, figure, colors, joined):
 
 
 def peak_names(plot, figure):
-    """What tells curves apart, above their peaks, where they are short."""
+    """What tells curves apart, above their peaks, where they are short; single points in full."""
     parts = []
     for curve in figure["curves"]:
-        if curve["stroke"] == "measured" and curve["x"][-1] - curve["x"][0] < 0.3 * (plot.x[1] - plot.x[0]):
+        if len(curve["x"]) == 1:
+            at_x, at_y = plot.at(curve["x"][0], curve["y"][0])
+            end = max(at_x, LEFT + 4 + LETTER * len(curve["name"]))
+            parts.append(text(end, at_y - 9, curve["name"], "end"))
+            continue
+        if plot.log or curve["stroke"] != "measured":
+            continue
+        if curve["x"][-1] - curve["x"][0] < 0.3 * (plot.x[1] - plot.x[0]):
             y = max(curve["y"])
             at_x, at_y = plot.at(curve["x"][curve["y"].index(y)], y)
             parts.append(text(at_x, at_y - 6, minus(curve["name"].split(", ")[-1])))
@@ -180,7 +187,8 @@ def svg(figure):
             parts.append(f'<polyline points="{line}" fill="none" stroke="{color}" stroke-width="{width}"{dash}/>')
             joined.add(curve["name"])
         if dotted(curve):
-            parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.6" fill="{color}"/>' for x, y in points]
+            radius = 5 if len(points) == 1 else 2.6
+            parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="{color}"/>' for x, y in points]
     if not plot.ends:
         parts += peak_names(plot, figure)
     parts += legend(plot, figure, colors, joined)

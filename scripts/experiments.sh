@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the claims of Ranieri et al. 2012 on the displays that lamella makes, and writes
-# docs/experiments.md and its figures. Takes about three minutes on two idle cores.
+# docs/experiments.md and its figures. Takes about four minutes on two cores.
 #
 #   scripts/experiments.sh [ID...]
 #
