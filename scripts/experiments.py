@@ -281,7 +281,8 @@ def write_page(experiments, page, folder):
              "gives, measured on what this program distributes to layers and on its simulated eye. "
              "`scripts/experiments.sh` measures everything anew and writes this page; "
              "`scripts/experiments.sh ID` measures one experiment and prints it. A claim that comes out "
-             "otherwise says so.", "",
+             "otherwise says so. Numbers are those of the list of claims that the program was built to; 13, the "
+             "limit of as many layers as views, is not among them.", "",
              "Lengths are mm, frequencies cycles per mm, z is positive towards the viewer. Pinholes are "
              "those of `paper-two-layer` (period 6 px, openings of 2 px, 9 slots); lenses have the same "
              "lattice, field of view and sharp range. The table shows, of each experiment, the "
@@ -297,7 +298,8 @@ def write_page(experiments, page, folder):
         for figure, name in zip(e["figures"], names):
             (folder / name).write_text(svg(figure), encoding="utf-8")
         lines += section(e, names)
-    page.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+    words = "\n".join(lines).rstrip() + "\n"
+    page.write_text(words.replace("+-", "±").replace("<= ", "≤ "), encoding="utf-8")
 
 
 def main():

@@ -71,7 +71,7 @@ Experiment Aliasing(Effort effort) {
   for (const bool lens : {true, false}) {
     const Display display = lens ? Lenses({0}, 91) : Pinholes({0}, 6 * 31);
     const std::string name = lens ? "lenses" : "pinholes";
-    Curve wrong{name, {}, {}}, flicker = wrong;
+    Curve wrong{name, {}, {}}, flicker{name, {}, {}};
     std::vector<double> frequencies = {0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0};
     if (quick) frequencies = {0.7};
     for (const double f : frequencies) {
@@ -108,10 +108,10 @@ Experiment Aliasing(Effort effort) {
   figure.curves.push_back({"claim: at most", {0.7, 1}, {-10, -10}, Stroke::kClosedForm});
   experiment.figures.push_back(std::move(figure));
   experiment.reason =
-      "Of one wave the filter scales what every emitter stores by S(f) of displays.md section 1.3 "
-      "(thin lines: 20 log10 S), and with it the flicker, whose figures are therefore the same. "
-      "Near the cut-off little is gained by lenses, as a box passes part of what it should remove; "
-      "nothing is claimed there.";
+      "Of one wave the filter scales what every emitter stores by the beam's S(f) (thin lines: 20 "
+      "log10 S), and with it the flicker, whose figures are therefore the same. Near the cut-off "
+      "little is gained by lenses, as a box passes part of what it should remove; nothing is "
+      "claimed there.";
   return experiment;
 }
 

@@ -5,10 +5,12 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <string>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "lightfield/error.h"
 #include "tests/experiments/experiment.h"
 
 namespace lamella::experiments {
@@ -90,7 +92,17 @@ bool Wanted(const char* id, int argc, char** argv) {
   return argc == 1;
 }
 
+void CheckKnown(const std::string& id) {
+  std::string known;
+  for (const NamedExperiment& experiment : AllExperiments()) {
+    if (id == experiment.id) return;
+    known += std::string(known.empty() ? "" : ", ") + experiment.id;
+  }
+  throw UsageError(id, "no such experiment", "take one of " + known);
+}
+
 int Main(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) CheckKnown(argv[i]);
   Json all = Json::array();
   for (const NamedExperiment& experiment : AllExperiments()) {
     if (!Wanted(experiment.id, argc, argv)) continue;
@@ -109,6 +121,9 @@ int Main(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return lamella::experiments::Main(argc, argv);
+  } catch (const lamella::UsageError& error) {
+    std::fprintf(stderr, "lamella_experiments: %s\n", error.what());
+    return 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "lamella_experiments: %s\n", error.what());
     return 1;

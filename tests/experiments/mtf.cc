@@ -156,8 +156,10 @@ Experiment MtfRows(Effort effort) {
   Experiment experiment;
   experiment.id = "mtf";
   experiment.claim =
-      "The measured MTF of the simulated display is within 2 % of the row of displays.md section "
-      "1.3 that the measurement corresponds to, where that is at least 0.07.";
+      "The measured MTF of the simulated display is within 2 % of the beam's where that is at "
+      "least 0.07: S = sinc(f W_a) sinc(f W_b) of the prefilter alone and of the display alone, "
+      "S^2 of both in the mean over views, sinc(f W_a)^2 sinc(f W_b) of both for one far eye "
+      "before lenses (W_a, W_b: widths of the beam's boxes at that depth).";
   const Window window{.lattice_periods = quick ? 33 : 99, .lattice_mm = kLatticeMm};
   std::vector<double> frequencies;
   for (const double about : {0.1, 0.2, 0.3, 0.4, 0.6}) {
@@ -186,8 +188,8 @@ Experiment MtfRows(Effort effort) {
   Report("pinholes", pinholes, Measure(pinholes), experiment);
   Report("lenses", lenses, Measure(lenses), experiment);
   experiment.reason =
-      "Single far views of pinholes have no row of their own (opening and emitter are coupled): "
-      "their moduli's mean is compared with the row of the mean over views.";
+      "Single far views of pinholes have no closed form (opening and emitter are coupled): their "
+      "moduli's mean is compared with S^2.";
   return experiment;
 }
 
