@@ -121,9 +121,9 @@ int Main(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return lamella::experiments::Main(argc, argv);
-  } catch (const lamella::UsageError& error) {
+  } catch (const lamella::Error& error) {
     std::fprintf(stderr, "lamella_experiments: %s\n", error.what());
-    return 2;
+    return static_cast<int>(error.code());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "lamella_experiments: %s\n", error.what());
     return 1;
