@@ -1,9 +1,5 @@
 // The program: parses the command line, runs one verb, and turns errors into one line and an exit
 // code.
-#ifdef __linux__
-#include <malloc.h>
-#endif
-
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -122,16 +118,6 @@ int Main(int argc, char** argv) {
   }
 }
 
-// Pictures of some MB come and go all the time: kept by malloc instead of being given back to the
-// system, which would clear their pages each time anew (a tenth of the stage layers).
-void KeepFreedMemory() {
-#ifdef __GLIBC__
-  constexpr int kMib = 1 << 20;
-  mallopt(M_MMAP_THRESHOLD, 32 * kMib);  // the largest that it takes
-  mallopt(M_TRIM_THRESHOLD, 512 * kMib);
-#endif
-}
-
 // Throws nothing, unlike fmt::print.
 int ReportBug(const char* what) {
   std::fprintf(stderr, "lamella: a bug: %s; please report it with the command that you typed\n",
@@ -144,7 +130,6 @@ int ReportBug(const char* what) {
 
 int main(int argc, char** argv) {
   try {
-    lamella::KeepFreedMemory();
     lamella::EndAtOnceOnInterrupt();
     return lamella::Main(argc, argv);
   } catch (const std::exception& error) {
