@@ -1,4 +1,6 @@
 // The stage frames: what each panel shows in each time slot, final codes, and frames.json.
+#include <algorithm>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -153,6 +155,25 @@ StageReport RunStrokes(const Workspace& workspace, const LayersRecord& record,
   return report;
 }
 
+// By rows: a slot of a large display is larger than memory.
+void WriteSlot(const Workspace& workspace, const Display& display, int layer, int slot,
+               const PanelResponse& response, const std::filesystem::path& folder) {
+  constexpr int kRows = 256;
+  const bool modulated = RolesOf(display.layers[static_cast<std::size_t>(layer)]).size() == 2;
+  EmitterReader emitters(workspace, display, layer, slot);
+  PngRowsWriter emitter(folder / FrameFile(layer, slot, "emitter"), display.width_px,
+                        display.height_px, 3, kPngLevel);
+  PngRowsWriter modulator(folder / FrameFile(layer, slot, "modulator"), display.width_px,
+                          display.height_px, 1, kPngLevel);
+  for (int row = 0; row < display.emitter_rows(); row += kRows) {
+    const int end = std::min(row + kRows, display.emitter_rows());
+    emitter.Write(EmitterFrame(emitters.Read(row, end), display, layer, response));
+    if (modulated) modulator.Write(ModulatorFrame(display, layer, slot, row, end));
+  }
+  emitter.Close();
+  if (modulated) modulator.Close();
+}
+
 }  // namespace
 
 OptionTable Describe(FramesOptions& options) {
@@ -221,15 +242,8 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
   progress.Start("frames", slots, "slots");
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const int layer = static_cast<int>(l), k = SlotsPerAxis(display.layers[l]);
-    ParallelForEach(0, k * k, [&](std::int64_t s) {
-      const int slot = static_cast<int>(s);
-      const EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
-      WriteCodes8(run.folder() / FrameFile(layer, slot, "emitter"),
-                  EmitterFrame(emitters, display, layer, response).span(), 95, kPngLevel);
-      if (RolesOf(display.layers[l]).size() == 2) {
-        WriteGrey8(run.folder() / FrameFile(layer, slot, "modulator"),
-                   ModulatorFrame(display, layer, slot).span(), kPngLevel);
-      }
+    ParallelForEach(0, k * k, [&](std::int64_t slot) {
+      WriteSlot(workspace, display, layer, static_cast<int>(slot), response, run.folder());
       progress.Advance();
     });
   }
