@@ -51,12 +51,21 @@ void CheckSize(const OIIO::ImageSpec& spec, const fs::path& path) {
   if (!(pixels >= 1 && pixels <= kMaxPixels)) throw Unreadable(path, "it claims an absurd size");
 }
 
+// What WhyNotWhole must see. An EXR of a display's emitters may be larger than memory.
+std::string BytesToJudge(const fs::path& path) {
+  std::string start(8, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(file.gcount()));
+  return file && !EndIsLookedAt(start) ? start : ReadText(path);
+}
+
 // Opens the file and looks at its header. What is wrong with its end is found before a decoder sees
 // it, since those write to standard error of their own.
 std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
-  const std::string why = WhyNotWhole(ReadText(path));
+  const std::string why = WhyNotWhole(BytesToJudge(path));
   if (!why.empty()) throw Unreadable(path, why);
   // Colours as the file has them: by default OpenImageIO multiplies them by an unassociated alpha.
   OIIO::ImageSpec config;
@@ -389,9 +398,11 @@ class RowsFile {
 
   void Close() {
     try {
-      if (!out_ || !out_->close()) {
-        throw std::runtime_error(out_ ? out_->geterror() : "it has no rows");
+      if (next_row_ != spec_.height) {
+        throw std::runtime_error(std::to_string(next_row_) + " of " + std::to_string(spec_.height) +
+                                 " rows were written");
       }
+      if (!out_->close()) throw std::runtime_error(out_->geterror());
       file_.Commit();
     } catch (const std::exception& error) {
       file_.Fail(error);

@@ -1,22 +1,19 @@
 // The stage frames: what each panel shows in each time slot, final codes, and frames.json.
-#include <algorithm>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "distribute/emitter_frame.h"
 #include "distribute/encode_barrier.h"
 #include "distribute/encode_varifocal.h"
 #include "distribute/one_bit.h"
 #include "distribute/stroke_order.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
-#include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/layers_record.h"
+#include "pipeline/slot_frames.h"
 #include "pipeline/stages.h"
 #include "pipeline/varifocal_frames.h"
 
@@ -26,20 +23,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
-constexpr int kPngLevel = 1;  // frames are many and shown once
-
-std::string FrameFile(int layer, int slot, const char* role) {
-  return fmt::format("layer_{}_slot_{}_{}.png", layer, slot, role);
-}
 
 PanelResponse ResponseOf(const FramesOptions& options) {
   return options.response == "gamma" ? PanelResponse::Gamma(options.gamma) : PanelResponse::Srgb();
-}
-
-// Lenses have no modulator.
-std::vector<const char*> RolesOf(const Layer& layer) {
-  if (std::holds_alternative<Barrier>(layer.optics)) return {"emitter", "modulator"};
-  return {"emitter"};
 }
 
 Json PanelJson(const Display& display) {
@@ -127,6 +113,9 @@ void CheckOneBit(const Display& display) {
   }
 }
 
+// Of all planes whole, not by rows: kDiffusion hands errors from row to row and kSigmaDelta from
+// plane to plane along sheared rays (distribute/one_bit.h), so every row needs others of all
+// planes; and panels that show some thousand frames a second have about a million pixels.
 StageReport RunStrokes(const Workspace& workspace, const LayersRecord& record,
                        const FramesOptions& options, StageRun& run, Progress& progress) {
   const Display& display = record.display;
@@ -153,25 +142,6 @@ StageReport RunStrokes(const Workspace& workspace, const LayersRecord& record,
   if (numerals.empty())
     report.warnings.emplace_back("the panel is too small for frames of numerals");
   return report;
-}
-
-// By rows: a slot of a large display is larger than memory.
-void WriteSlot(const Workspace& workspace, const Display& display, int layer, int slot,
-               const PanelResponse& response, const std::filesystem::path& folder) {
-  constexpr int kRows = 256;
-  const bool modulated = RolesOf(display.layers[static_cast<std::size_t>(layer)]).size() == 2;
-  EmitterReader emitters(workspace, display, layer, slot);
-  PngRowsWriter emitter(folder / FrameFile(layer, slot, "emitter"), display.width_px,
-                        display.height_px, 3, kPngLevel);
-  PngRowsWriter modulator(folder / FrameFile(layer, slot, "modulator"), display.width_px,
-                          display.height_px, 1, kPngLevel);
-  for (int row = 0; row < display.emitter_rows(); row += kRows) {
-    const int end = std::min(row + kRows, display.emitter_rows());
-    emitter.Write(EmitterFrame(emitters.Read(row, end), display, layer, response));
-    if (modulated) modulator.Write(ModulatorFrame(display, layer, slot, row, end));
-  }
-  emitter.Close();
-  if (modulated) modulator.Close();
 }
 
 }  // namespace
@@ -243,7 +213,9 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const int layer = static_cast<int>(l), k = SlotsPerAxis(display.layers[l]);
     ParallelForEach(0, k * k, [&](std::int64_t slot) {
-      WriteSlot(workspace, display, layer, static_cast<int>(slot), response, run.folder());
+      EmitterReader emitters(workspace, display, layer, static_cast<int>(slot));
+      WriteSlotFrames([&](int first, int end) { return emitters.Read(first, end); }, display, layer,
+                      static_cast<int>(slot), response, run.folder(), RowsAtOnce(display));
       progress.Advance();
     });
   }
