@@ -85,9 +85,10 @@ void ExpectTheSlotsPixels(const fs::path& folder, const Display& display, int la
 
 TEST(SlotFrames, AreTheSameInStripsOfAnyHeight) {
   const fs::path folder = ScratchFolder();
-  for (const auto& [name, display] : Displays()) {
+  for (const auto& named : Displays()) {
+    const Display& display = named.second;
     for (const int rows : {1, 7, 32, display.emitter_rows()}) {
-      SCOPED_TRACE(name + " " + std::to_string(rows));
+      SCOPED_TRACE(named.first + " " + std::to_string(rows));
       for (int layer = 0; layer < static_cast<int>(display.layers.size()); ++layer) {
         const int k = SlotsPerAxis(display.layers[static_cast<std::size_t>(layer)]);
         for (int slot = 0; slot < k * k; ++slot) {
