@@ -7,6 +7,7 @@
 #include <memory>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagebuf.h>
@@ -50,12 +51,21 @@ void CheckSize(const OIIO::ImageSpec& spec, const fs::path& path) {
   if (!(pixels >= 1 && pixels <= kMaxPixels)) throw Unreadable(path, "it claims an absurd size");
 }
 
+// What WhyNotWhole must see. An EXR of a display's emitters may be larger than memory.
+std::string BytesToJudge(const fs::path& path) {
+  std::string start(8, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(file.gcount()));
+  return file && !EndIsLookedAt(start) ? start : ReadText(path);
+}
+
 // Opens the file and looks at its header. What is wrong with its end is found before a decoder sees
 // it, since those write to standard error of their own.
 std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
-  const std::string why = WhyNotWhole(ReadText(path));
+  const std::string why = WhyNotWhole(BytesToJudge(path));
   if (!why.empty()) throw Unreadable(path, why);
   // Colours as the file has them: by default OpenImageIO multiplies them by an unassociated alpha.
   OIIO::ImageSpec config;
@@ -362,62 +372,137 @@ void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrTyp
   file.Close();
 }
 
-struct ExrRowsWriter::State {
-  AtomicFile file;
-  std::unique_ptr<OIIO::ImageOutput> out;
-  OIIO::ImageSpec spec;
-  int next_row = 0;
+namespace {
+
+// A file that OpenImageIO writes from the top, some rows at a time.
+class RowsFile {
+ public:
+  RowsFile(const fs::path& path, OIIO::ImageSpec spec) : file_(path), spec_(std::move(spec)) {}
+
+  void Write(int count, OIIO::TypeDesc type, const void* pixels) {
+    const std::string name = file_.temporary().string();
+    try {
+      if (!out_) {
+        out_ = OIIO::ImageOutput::create(name);
+        if (!out_) throw std::runtime_error(OIIO::geterror());
+        if (!out_->open(name, spec_)) throw std::runtime_error(out_->geterror());
+      }
+      if (!out_->write_scanlines(next_row_, next_row_ + count, 0, type, pixels)) {
+        throw std::runtime_error(out_->geterror());
+      }
+    } catch (const std::exception& error) {
+      file_.Fail(error);
+    }
+    next_row_ += count;
+  }
+
+  void Close() {
+    try {
+      if (next_row_ != spec_.height) {
+        throw std::runtime_error(std::to_string(next_row_) + " of " + std::to_string(spec_.height) +
+                                 " rows were written");
+      }
+      if (!out_->close()) throw std::runtime_error(out_->geterror());
+      file_.Commit();
+    } catch (const std::exception& error) {
+      file_.Fail(error);
+    }
+  }
+
+ private:
+  AtomicFile file_;
+  OIIO::ImageSpec spec_;
+  std::unique_ptr<OIIO::ImageOutput> out_;
+  int next_row_ = 0;
 };
 
-ExrRowsWriter::ExrRowsWriter(const fs::path& path, const std::vector<std::string>& channels,
-                             int width, int height, ExrType type, ExrCompression compression)
-    : state_(new State{AtomicFile(path), nullptr, {}, 0}) {
+OIIO::ImageSpec ExrSpec(const std::vector<std::string>& channels, int width, int height,
+                        ExrType type, ExrCompression compression) {
   OIIO::ImageSpec spec(width, height, static_cast<int>(channels.size()),
                        type == ExrType::kHalf ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
   spec.channelnames = channels;
   spec.alpha_channel = -1;
   spec.attribute("compression", compression == ExrCompression::kPiz ? "piz" : "zip");
   spec.attribute("DateTime", "");  // else OpenImageIO writes the present time
-  state_->spec = spec;
+  return spec;
 }
+
+}  // namespace
+
+struct ExrRowsWriter::State {
+  RowsFile file;
+};
+
+ExrRowsWriter::ExrRowsWriter(const fs::path& path, const std::vector<std::string>& channels,
+                             int width, int height, ExrType type, ExrCompression compression)
+    : state_(new State{{path, ExrSpec(channels, width, height, type, compression)}}) {}
 
 ExrRowsWriter::~ExrRowsWriter() = default;
 ExrRowsWriter::ExrRowsWriter(ExrRowsWriter&&) noexcept = default;
 
 void ExrRowsWriter::Write(const std::vector<Channel>& rows) {
-  const std::string name = state_->file.temporary().string();
   const std::size_t count = rows.size();
   std::vector<float> packed(count * rows.at(0).pixels.size());
   for (std::size_t c = 0; c < count; ++c) {
     const float* from = rows[c].pixels.data();
     for (std::size_t i = 0; i < rows[c].pixels.size(); ++i) packed[i * count + c] = from[i];
   }
-  const int end = state_->next_row + rows[0].pixels.height();
-  try {
-    if (!state_->out) {
-      state_->out = OIIO::ImageOutput::create(name);
-      if (!state_->out) throw std::runtime_error(OIIO::geterror());
-      if (!state_->out->open(name, state_->spec)) throw std::runtime_error(state_->out->geterror());
-    }
-    if (!state_->out->write_scanlines(state_->next_row, end, 0, OIIO::TypeDesc::FLOAT,
-                                      packed.data())) {
-      throw std::runtime_error(state_->out->geterror());
-    }
-  } catch (const std::exception& error) {
-    state_->file.Fail(error);
-  }
-  state_->next_row = end;
+  state_->file.Write(rows[0].pixels.height(), OIIO::TypeDesc::FLOAT, packed.data());
 }
 
-void ExrRowsWriter::Close() {
-  try {
-    if (!state_->out || !state_->out->close()) {
-      throw std::runtime_error(state_->out ? state_->out->geterror() : "it has no rows");
-    }
-    state_->file.Commit();
-  } catch (const std::exception& error) {
-    state_->file.Fail(error);
+void ExrRowsWriter::Close() { state_->file.Close(); }
+
+struct PngRowsWriter::State {
+  RowsFile file;
+};
+
+PngRowsWriter::PngRowsWriter(const fs::path& path, int width, int height, int channels,
+                             int png_level)
+    : state_(new State{{path, PngSpec(width, height, channels, png_level)}}) {}
+
+PngRowsWriter::~PngRowsWriter() = default;
+PngRowsWriter::PngRowsWriter(PngRowsWriter&&) noexcept = default;
+
+void PngRowsWriter::WriteRows(int count, const void* codes) {
+  state_->file.Write(count, OIIO::TypeDesc::UINT8, codes);
+}
+void PngRowsWriter::Write(const Image<Rgb8>& rows) { WriteRows(rows.height(), rows.data()); }
+void PngRowsWriter::Write(const Image<std::uint8_t>& rows) {
+  WriteRows(rows.height(), rows.data());
+}
+void PngRowsWriter::Close() { state_->file.Close(); }
+
+struct ExrRowsReader::State {
+  fs::path path;
+  std::unique_ptr<OIIO::ImageInput> in;
+};
+
+ExrRowsReader::ExrRowsReader(const fs::path& path) : state_(new State{path, Open(path)}) {}
+ExrRowsReader::~ExrRowsReader() = default;
+ExrRowsReader::ExrRowsReader(ExrRowsReader&&) noexcept = default;
+
+int ExrRowsReader::width() const { return state_->in->spec().width; }
+int ExrRowsReader::height() const { return state_->in->spec().height; }
+
+std::vector<Channel> ExrRowsReader::Read(int first_row, int end_row) {
+  const OIIO::ImageSpec& spec = state_->in->spec();
+  const std::size_t count = static_cast<std::size_t>(spec.nchannels);
+  const int rows = end_row - first_row;
+  std::vector<float> packed(count * static_cast<std::size_t>(spec.width) *
+                            static_cast<std::size_t>(rows));
+  if (!state_->in->read_scanlines(0, 0, spec.y + first_row, spec.y + end_row, 0, 0, spec.nchannels,
+                                  OIIO::TypeDesc::FLOAT, packed.data())) {
+    throw InputError(state_->path.string(), "is damaged (" + state_->in->geterror() + ")",
+                     "run the stage that writes it again");
   }
+  std::vector<Channel> channels;
+  for (std::size_t c = 0; c < count; ++c) {
+    Channel channel{spec.channelnames[c], Image<float>(spec.width, rows)};
+    float* to = channel.pixels.data();
+    for (std::size_t i = 0; i < channel.pixels.size(); ++i) to[i] = packed[i * count + c];
+    channels.push_back(std::move(channel));
+  }
+  return channels;
 }
 
 std::vector<Channel> ReadExr(const fs::path& path) {

@@ -95,6 +95,38 @@ class ExrRowsWriter {
   std::unique_ptr<State> state_;
 };
 
+// Rows of an EXR in any order; InputError where it can't be read.
+class ExrRowsReader {
+ public:
+  explicit ExrRowsReader(const std::filesystem::path& path);
+  ~ExrRowsReader();
+  ExrRowsReader(ExrRowsReader&&) noexcept;
+  int width() const;
+  int height() const;
+  std::vector<Channel> Read(int first_row, int end_row);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// A PNG of 8-bit codes that is written from the top, some rows at a time. Close makes it appear.
+class PngRowsWriter {
+ public:
+  PngRowsWriter(const std::filesystem::path& path, int width, int height, int channels,
+                int png_level);
+  ~PngRowsWriter();
+  PngRowsWriter(PngRowsWriter&&) noexcept;
+  void Write(const Image<Rgb8>& rows);          // of 3 channels
+  void Write(const Image<std::uint8_t>& rows);  // of 1
+  void Close();
+
+ private:
+  void WriteRows(int count, const void* codes);
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
 std::vector<Channel> ReadExr(const std::filesystem::path& path);
 // The channel of that name; InputError where it is absent.
 Image<float> TakeChannel(std::vector<Channel>& channels, const std::string& name,

@@ -51,13 +51,19 @@ bool IsWholePng(std::string_view bytes) {
   return false;
 }
 
+bool IsJpeg(std::string_view bytes) { return bytes.substr(0, 2) == "\xFF\xD8"; }
+bool IsPng(std::string_view bytes) { return bytes.substr(0, 8) == "\x89PNG\r\n\x1a\n"; }
+
 }  // namespace
+
+bool EndIsLookedAt(std::string_view first_bytes) {
+  return IsJpeg(first_bytes) || IsPng(first_bytes);
+}
 
 std::string WhyNotWhole(std::string_view bytes) {
   if (bytes.empty()) return "the file is empty";
-  if (bytes.substr(0, 2) == "\xFF\xD8" && !IsWholeJpeg(bytes)) return "the JPEG is truncated";
-  if (bytes.substr(0, 8) == "\x89PNG\r\n\x1a\n" && !IsWholePng(bytes))
-    return "the PNG is truncated";
+  if (IsJpeg(bytes) && !IsWholeJpeg(bytes)) return "the JPEG is truncated";
+  if (IsPng(bytes) && !IsWholePng(bytes)) return "the PNG is truncated";
   return "";
 }
 

@@ -7,6 +7,9 @@
 
 namespace lamella {
 
+// Whether WhyNotWhole looks beyond a file's first bytes, of which 8 are enough to tell.
+bool EndIsLookedAt(std::string_view first_bytes);
+
 // Why a JPEG or PNG file is not whole ("the JPEG is truncated"); empty where it is, and for all
 // other formats, whose decoders tell.
 std::string WhyNotWhole(std::string_view bytes);

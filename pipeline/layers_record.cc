@@ -173,20 +173,28 @@ void SaveEmitterImage(const fs::path& folder, int layer, int slot, const Emitter
   file.Close();
 }
 
-EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,
-                              int slot) {
-  const fs::path path = workspace.Stage("layers") / EmitterFile(layer, slot);
-  std::vector<Channel> channels = ReadExr(path);
-  const Image<float> r = TakeChannel(channels, "R", path), g = TakeChannel(channels, "G", path),
-                     b = TakeChannel(channels, "B", path);
-  EmitterImage image{Image<Rgb>(r.width(), r.height()), TakeChannel(channels, "A", path)};
-  if (r.width() != display.emitter_columns() || r.height() != display.emitter_rows()) {
-    throw InputError(path.string(), "has not the size of the display in layers.json", kRunLayers);
+EmitterReader::EmitterReader(const Workspace& workspace, const Display& display, int layer,
+                             int slot)
+    : path_(workspace.Stage("layers") / EmitterFile(layer, slot)), file_(path_) {
+  if (file_.width() != display.emitter_columns() || file_.height() != display.emitter_rows()) {
+    throw InputError(path_.string(), "has not the size of the display in layers.json", kRunLayers);
   }
+}
+
+EmitterImage EmitterReader::Read(int first_row, int end_row) {
+  std::vector<Channel> channels = file_.Read(first_row, end_row);
+  const Image<float> r = TakeChannel(channels, "R", path_), g = TakeChannel(channels, "G", path_),
+                     b = TakeChannel(channels, "B", path_);
+  EmitterImage image{Image<Rgb>(r.width(), r.height()), TakeChannel(channels, "A", path_)};
   for (std::size_t i = 0; i < r.size(); ++i) {
     image.color.data()[i] = {r.data()[i], g.data()[i], b.data()[i]};
   }
   return image;
+}
+
+EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,
+                              int slot) {
+  return EmitterReader(workspace, display, layer, slot).Read(0, display.emitter_rows());
 }
 
 LayerImages LoadLayerImages(const Workspace& workspace, const LayersRecord& record) {

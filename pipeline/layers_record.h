@@ -35,7 +35,16 @@ void SaveEmitterImage(const std::filesystem::path& folder, int layer, int slot,
 ExrRowsWriter EmitterWriter(const std::filesystem::path& folder, int layer, int slot, int width,
                             int height);
 std::vector<Channel> ChannelsOf(const EmitterImage& image);
-// InputError where the file's size is not the display's.
+// A slot's emitters, some rows at a time; InputError where the file's size is not the display's.
+class EmitterReader {
+ public:
+  EmitterReader(const Workspace& workspace, const Display& display, int layer, int slot);
+  EmitterImage Read(int first_row, int end_row);
+
+ private:
+  std::filesystem::path path_;
+  ExrRowsReader file_;
+};
 EmitterImage LoadEmitterImage(const Workspace& workspace, const Display& display, int layer,
                               int slot);
 LayerImages LoadLayerImages(const Workspace& workspace, const LayersRecord& record);

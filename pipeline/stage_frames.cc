@@ -5,16 +5,15 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "distribute/emitter_frame.h"
 #include "distribute/encode_barrier.h"
 #include "distribute/encode_varifocal.h"
 #include "distribute/one_bit.h"
 #include "distribute/stroke_order.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
-#include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/layers_record.h"
+#include "pipeline/slot_frames.h"
 #include "pipeline/stages.h"
 #include "pipeline/varifocal_frames.h"
 
@@ -24,20 +23,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
-constexpr int kPngLevel = 1;  // frames are many and shown once
-
-std::string FrameFile(int layer, int slot, const char* role) {
-  return fmt::format("layer_{}_slot_{}_{}.png", layer, slot, role);
-}
 
 PanelResponse ResponseOf(const FramesOptions& options) {
   return options.response == "gamma" ? PanelResponse::Gamma(options.gamma) : PanelResponse::Srgb();
-}
-
-// Lenses have no modulator.
-std::vector<const char*> RolesOf(const Layer& layer) {
-  if (std::holds_alternative<Barrier>(layer.optics)) return {"emitter", "modulator"};
-  return {"emitter"};
 }
 
 Json PanelJson(const Display& display) {
@@ -125,6 +113,9 @@ void CheckOneBit(const Display& display) {
   }
 }
 
+// Of all planes whole, not by rows: kDiffusion hands errors from row to row and kSigmaDelta from
+// plane to plane along sheared rays (distribute/one_bit.h), so every row needs others of all
+// planes; and panels that show some thousand frames a second have about a million pixels.
 StageReport RunStrokes(const Workspace& workspace, const LayersRecord& record,
                        const FramesOptions& options, StageRun& run, Progress& progress) {
   const Display& display = record.display;
@@ -221,15 +212,10 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
   progress.Start("frames", slots, "slots");
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const int layer = static_cast<int>(l), k = SlotsPerAxis(display.layers[l]);
-    ParallelForEach(0, k * k, [&](std::int64_t s) {
-      const int slot = static_cast<int>(s);
-      const EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
-      WriteCodes8(run.folder() / FrameFile(layer, slot, "emitter"),
-                  EmitterFrame(emitters, display, layer, response).span(), 95, kPngLevel);
-      if (RolesOf(display.layers[l]).size() == 2) {
-        WriteGrey8(run.folder() / FrameFile(layer, slot, "modulator"),
-                   ModulatorFrame(display, layer, slot).span(), kPngLevel);
-      }
+    ParallelForEach(0, k * k, [&](std::int64_t slot) {
+      EmitterReader emitters(workspace, display, layer, static_cast<int>(slot));
+      WriteSlotFrames([&](int first, int end) { return emitters.Read(first, end); }, display, layer,
+                      static_cast<int>(slot), response, run.folder(), RowsAtOnce(display));
       progress.Advance();
     });
   }

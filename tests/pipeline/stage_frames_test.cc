@@ -135,6 +135,25 @@ TEST(StageFrames, WritesTheSameBytesWithAnyNumberOfThreads) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
+TEST(StageFrames, NamesADamagedSlotAndLeavesNoneOfItsFiles) {
+  const Workspace workspace = WithLayers("paper-two-layer");
+  const auto damaged = workspace.Stage("layers") / EmitterFile(1, 4);
+  std::filesystem::resize_file(damaged, std::filesystem::file_size(damaged) / 2);
+  try {
+    MakeFrames(workspace);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kInput);
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("layer_1_slot_4.exr"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(workspace.Stage("frames") / "frames.json"));
+  for (const auto& entry : std::filesystem::directory_iterator(workspace.Stage("frames"))) {
+    EXPECT_THAT(entry.path().filename().string(),
+                ::testing::Not(::testing::AnyOf(::testing::HasSubstr("layer_1_slot_4"),
+                                                ::testing::HasSubstr("partial"))));
+  }
+}
+
 Display SmallVarifocal(bool mirror_x) {
   Display display = FindDisplay("paper-varifocal");
   display.width_px = 130;

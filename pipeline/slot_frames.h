@@ -1,0 +1,35 @@
+// The frames of a layer's panels in one time slot, in W/frames: made by rows, since a slot of a
+// large display is larger than memory.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "distribute/distribute.h"
+#include "distribute/panel_response.h"
+#include "lightfield/display.h"
+
+namespace lamella {
+
+// layer_K_slot_T_ROLE.png
+std::string FrameFile(int layer, int slot, const char* role);
+
+// "emitter" and, where the layer has one, "modulator". Lenses have none.
+std::vector<const char*> RolesOf(const Layer& layer);
+
+// The rows [first_row, end_row) of a slot's emitters, as wide as the display.
+using ReadEmitterRows = std::function<EmitterImage(int first_row, int end_row)>;
+
+// Rows of emitters to hold at once: a quarter of a million panel pixels, some 13 MB with what
+// decoding needs, but at least 32 rows, since an EXR is compressed in blocks of these.
+int RowsAtOnce(const Display& display);
+
+// Asks for `rows_at_once` rows of emitters at a time (fewer at the end), from the top and each
+// once; the files are the same for any. Where `emitters` throws, no file is left.
+void WriteSlotFrames(const ReadEmitterRows& emitters, const Display& display, int layer, int slot,
+                     const PanelResponse& response, const std::filesystem::path& folder,
+                     int rows_at_once);
+
+}  // namespace lamella
