@@ -67,9 +67,10 @@ LayersComparison CompareLayers(const Workspace& a, const Workspace& b, int borde
   for (const auto& [x, y] : kPlaces) {
     eye.position.x() = x * box;
     eye.position.y() = y * box;
-    comparison.eyes.push_back({eye.position.x(), eye.position.y(),
-                               Compare(RenderSimulated(layers_a, of_a.display, eye),
-                                       RenderSimulated(layers_b, of_b.display, eye), border_px)});
+    comparison.eyes.push_back(
+        {eye.position.x(), eye.position.y(),
+         Compare(RenderSimulated(layers_a, of_a.display, eye, {}),
+                 RenderSimulated(layers_b, of_b.display, eye, {}), border_px)});
     progress.Advance();
   }
   return comparison;

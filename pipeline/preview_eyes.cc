@@ -85,6 +85,29 @@ std::vector<Eigen::Vector2d> EyeGrid(const PreviewOptions& options) {
   return eyes;
 }
 
+std::vector<double> FocusPlanes(const Display& display, int count) {
+  double back = display.layers.front().position_mm, front = display.layers.back().position_mm;
+  if (display.layers.size() == 1) {
+    back -= DepthBudgetMm(display);
+    front += DepthBudgetMm(display);
+  }
+  std::vector<double> planes;
+  for (int i = 0; i < count; ++i) {
+    planes.push_back(count == 1 ? (back + front) / 2 : back + (front - back) * i / (count - 1));
+  }
+  return planes;
+}
+
+Eye FocusedOn(const Eye& eye, double plane_mm) {
+  const double scale = (eye.position.z() - plane_mm) / (eye.position.z() - eye.plane_mm);
+  Eye focused = eye;
+  focused.plane_mm = plane_mm;
+  focused.left_mm = eye.position.x() + scale * (eye.left_mm - eye.position.x());
+  focused.top_mm = eye.position.y() + scale * (eye.top_mm - eye.position.y());
+  focused.pixel_mm = scale * eye.pixel_mm;
+  return focused;
+}
+
 std::vector<Eigen::Vector2d> ParseEyes(const std::string& text) {
   std::vector<Eigen::Vector2d> eyes;
   std::istringstream list(text);

@@ -25,6 +25,12 @@ Eye CentralEye(const Display& display, const Placement& placement, const View& r
 // positions x positions eyes, row by row, the highest first, each row from the left.
 std::vector<Eigen::Vector2d> EyeGrid(const PreviewOptions& options);
 
+// The planes on which the eye in the middle focuses, evenly spaced from the backmost layer to the
+// frontmost one (of one layer: over its depth budget), back to front; mm.
+std::vector<double> FocusPlanes(const Display& display, int count);
+// The same lines of sight with the picture in another plane.
+Eye FocusedOn(const Eye& eye, double plane_mm);
+
 // options.eyes, "X,Y;X,Y" in mm; UsageError where it is something else.
 std::vector<Eigen::Vector2d> ParseEyes(const std::string& text);
 

@@ -29,6 +29,17 @@ std::vector<RayBundle> BundlesOfTarget(const Eye& eye, double mm_per_view_px) {
   return bundles;
 }
 
+// Of the pupil's points each has one of its four bundles by turns: together they are spread over
+// the pixel as well.
+std::vector<RayBundle> BundlesOfTarget(const Eye& eye, const Pupil& pupil, double mm_per_view_px) {
+  std::vector<RayBundle> bundles;
+  for (const Eye& sample : PupilSamples(eye, pupil)) {
+    const std::vector<RayBundle> of_sample = BundlesOfTarget(sample, mm_per_view_px);
+    bundles.push_back(of_sample[bundles.size() % of_sample.size()]);
+  }
+  return bundles;
+}
+
 // Adds a bundle of a whole number of rays a pixel and axis.
 void AddRays(ImageSpan<const RaySample> samples, float weight, Image<Rgb>& color,
              Image<float>& share) {
@@ -46,8 +57,10 @@ void AddRays(ImageSpan<const RaySample> samples, float weight, Image<Rgb>& color
 
 }  // namespace
 
-PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px) {
-  const std::vector<RayBundle> bundles = BundlesOfTarget(eye, mm_per_view_px);
+PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye,
+                            const std::optional<Pupil>& pupil, double mm_per_view_px) {
+  const std::vector<RayBundle> bundles =
+      pupil ? BundlesOfTarget(eye, *pupil, mm_per_view_px) : BundlesOfTarget(eye, mm_per_view_px);
   const int width = bundles[0].width, height = bundles[0].height;
   const auto rays = static_cast<double>(bundles.size()) * width * height;
   const auto weight = static_cast<float>(static_cast<double>(eye.width) * eye.height / rays);
@@ -63,8 +76,10 @@ PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_p
   return picture;
 }
 
-PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye) {
-  EyePicture seen = SimulateEye(layers, display, eye);
+PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
+                               const std::optional<Pupil>& pupil) {
+  EyePicture seen =
+      pupil ? SimulateEye(layers, display, eye, *pupil) : SimulateEye(layers, display, eye);
   return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
 }
 

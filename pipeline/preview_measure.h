@@ -23,9 +23,11 @@ struct PreviewPicture {
 };
 
 // The scene along the eye's rays: the mean over each pixel, as the simulated eye's is, by 2 x 2
-// rays.
-PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px);
-PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye);
+// rays; through a pupil one or four for each of its points. An eye without a pupil is a pinhole.
+PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye,
+                            const std::optional<Pupil>& pupil, double mm_per_view_px);
+PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
+                               const std::optional<Pupil>& pupil);
 // Every pixel becomes the grey of its luminance.
 void LoseColor(PreviewPicture& picture);
 // A captured view on the raster of its eye.

@@ -84,6 +84,22 @@ std::vector<std::string> EncodeEyes(const PreviewResult& result, int width, int 
   return uris;
 }
 
+// Of the eye that focuses, as wide as the page's other eyes.
+void AddFocus(const PreviewResult& result, PreviewPage& page) {
+  page.focus.resize(result.focus.size());
+  ParallelForEach(0, static_cast<std::int64_t>(page.focus.size()), [&](std::int64_t i) {
+    const EyeResult& eye = result.focus[static_cast<std::size_t>(i)];
+    const auto uri = [&](const PreviewPicture& picture) {
+      const Image<Rgb> light = DecodeSrgb8(picture.codes.span());
+      return DataUri(PageCodes(light.span(), page.width).span(), "jpeg", 82);
+    };
+    page.focus[static_cast<std::size_t>(i)] = {eye.eye.plane_mm, uri(eye.simulated),
+                                               uri(eye.target), eye.metrics.psnr_seen_db,
+                                               eye.metrics.ssim_seen};
+  });
+  if (!result.focus.empty()) page.pupil_mm = result.focus[0].pupil->diameter_mm;
+}
+
 void AddEyes(const PreviewResult& result, PreviewPage& page) {
   struct Effort {
     int width, quality;
@@ -275,6 +291,18 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
     }
     page.tables.push_back(std::move(table));
   }
+  if (!result.focus.empty()) {
+    PageTable table{"The eye in the middle, focused; simulated against target",
+                    {"Focused on, mm", "PSNR, dB (sRGB)", "of all pixels", "SSIM"},
+                    {}};
+    for (const EyeResult& eye : result.focus) {
+      table.rows.push_back(
+          {Millimetres(eye.eye.plane_mm), Decibels(eye.metrics.psnr_seen_db),
+           Decibels(eye.metrics.psnr_db),
+           eye.metrics.ssim_seen ? fmt::format("{:.3f}", *eye.metrics.ssim_seen) : "-"});
+    }
+    page.tables.push_back(std::move(table));
+  }
   if (result.captured.empty()) return;
   PageTable table{"Captured views that stand at an eye position, PSNR in dB (sRGB)",
                   {"View", "Eye, mm", "Simulated against captured",
@@ -321,8 +349,14 @@ GridMeans MeansOf(const PreviewResult& result) {
 
 std::string MetricsJson(const PreviewResult& result, const PreviewOptions& options) {
   Json grid = Json::array(), further = Json::array(), captured = Json::array();
+  Json focus = Json::array();
   for (const EyeResult& eye : result.grid) grid.push_back(ToJson(eye));
   for (const EyeResult& eye : result.further) further.push_back(ToJson(eye));
+  for (const EyeResult& eye : result.focus) {
+    focus.push_back(ToJson(eye));
+    focus.back()["plane_mm"] = Number(eye.eye.plane_mm);
+    focus.back()["pupil_mm"] = Number(eye.pupil->diameter_mm);
+  }
   for (const CapturedResult& view : result.captured) captured.push_back(ToJson(view));
   const Eye& eye = result.grid[0].eye;
   const GridMeans means = MeansOf(result);
@@ -342,6 +376,7 @@ std::string MetricsJson(const PreviewResult& result, const PreviewOptions& optio
                        {"seen", Number(means.seen)}}},
                      {"eyes", grid},
                      {"further_eyes", further},
+                     {"focus", focus},
                      {"captured_views", captured}};
   // Names of files need not be UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -364,6 +399,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   page.distance_mm = record.placement.viewing_distance_mm;
   page.clean_box_mm = CleanEyeBox(display);
   AddEyes(result, page);
+  AddFocus(result, page);
   AddDepth(workspace, set, record.placement, page);
   std::size_t slots = 0;
   for (const auto& layer : layers.slots) slots += layer.size();

@@ -15,8 +15,9 @@
 namespace lamella {
 
 struct EyeResult {
-  std::string name;  // RR_CC of the grid, "further_NN" of options.eyes
+  std::string name;  // RR_CC of the grid, "further_NN" of options.eyes, "focus_NN"
   Eye eye;
+  std::optional<Pupil> pupil = {};  // none: a pinhole
   PreviewPicture simulated, target;
   PreviewMetrics metrics;
 };
@@ -30,6 +31,7 @@ struct CapturedResult {
 
 struct PreviewResult {
   std::vector<EyeResult> grid, further;  // the grid row by row, the highest first
+  std::vector<EyeResult> focus;          // in the middle, focused on planes from back to front
   std::vector<CapturedResult> captured;
 };
 

@@ -50,31 +50,46 @@ void AddEyes(const std::vector<Eigen::Vector2d>& positions, const Eye& central, 
   }
 }
 
+void AddFocus(const Display& display, const Eye& central, const PreviewOptions& options,
+              std::vector<EyeResult>& eyes) {
+  for (const double plane : FocusPlanes(display, options.focus_planes)) {
+    EyeResult result;
+    result.name = fmt::format("focus_{:02}", eyes.size());
+    result.eye = FocusedOn(central, plane);
+    result.pupil = Pupil{options.pupil_mm};
+    eyes.push_back(std::move(result));
+  }
+}
+
+// All eyes but those that stand where a captured view does.
+std::vector<EyeResult*> AllEyes(PreviewResult& result) {
+  std::vector<EyeResult*> all;
+  for (std::vector<EyeResult>* eyes : {&result.grid, &result.further, &result.focus}) {
+    for (EyeResult& eye : *eyes) all.push_back(&eye);
+  }
+  return all;
+}
+
 // Pictures and metrics of all eyes. Targets come first, so that the capture and the emitter images
 // are never in memory together.
 void RenderTargets(const RaySource& placed, double mm_per_view_px, PreviewResult& result,
                    std::vector<DirectView>& direct, Progress& progress) {
-  progress.Start(
-      "preview: targets",
-      static_cast<std::int64_t>(result.grid.size() + result.further.size() + direct.size()),
-      "eyes");
-  for (std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
-    for (EyeResult& eye : *eyes) {
-      eye.target = RenderTarget(placed, eye.eye, mm_per_view_px);
-      progress.Advance();
-    }
+  const std::vector<EyeResult*> eyes = AllEyes(result);
+  progress.Start("preview: targets", static_cast<std::int64_t>(eyes.size() + direct.size()),
+                 "eyes");
+  for (EyeResult* eye : eyes) {
+    eye->target = RenderTarget(placed, eye->eye, eye->pupil, mm_per_view_px);
+    progress.Advance();
   }
   for (DirectView& view : direct) {
-    view.direct = RenderTarget(placed, view.at.eye, mm_per_view_px);
+    view.direct = RenderTarget(placed, view.at.eye, {}, mm_per_view_px);
     progress.Advance();
   }
 }
 
 // A display without colours is asked for none.
 void LoseColors(PreviewResult& result, std::vector<DirectView>& direct) {
-  for (std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
-    for (EyeResult& eye : *eyes) LoseColor(eye.target);
-  }
+  for (EyeResult* eye : AllEyes(result)) LoseColor(eye->target);
   for (DirectView& view : direct) {
     LoseColor(view.captured);
     LoseColor(view.direct);
@@ -84,21 +99,18 @@ void LoseColors(PreviewResult& result, std::vector<DirectView>& direct) {
 void Simulate(const LayerImages& layers, const Display& display, const PreviewOptions& options,
               PreviewResult& result, std::vector<DirectView> direct, const ViewSet& set,
               Progress& progress) {
-  progress.Start(
-      "preview: simulated eyes",
-      static_cast<std::int64_t>(result.grid.size() + result.further.size() + direct.size()),
-      "eyes");
-  for (std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
-    for (EyeResult& eye : *eyes) {
-      eye.simulated = RenderSimulated(layers, display, eye.eye);
-      eye.metrics = Compare(eye.simulated, eye.target, options.border_px);
-      progress.Advance();
-    }
+  const std::vector<EyeResult*> eyes = AllEyes(result);
+  progress.Start("preview: simulated eyes", static_cast<std::int64_t>(eyes.size() + direct.size()),
+                 "eyes");
+  for (EyeResult* eye : eyes) {
+    eye->simulated = RenderSimulated(layers, display, eye->eye, eye->pupil);
+    eye->metrics = Compare(eye->simulated, eye->target, options.border_px);
+    progress.Advance();
   }
   for (DirectView& view : direct) {
     CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name,
                             view.at.eye,
-                            RenderSimulated(layers, display, view.at.eye),
+                            RenderSimulated(layers, display, view.at.eye, {}),
                             std::move(view.direct),
                             {},
                             {},
@@ -111,7 +123,7 @@ void Simulate(const LayerImages& layers, const Display& display, const PreviewOp
   }
 }
 
-void WriteViews(const std::filesystem::path& folder, const PreviewResult& result) {
+void WriteViews(const std::filesystem::path& folder, PreviewResult& result) {
   CreateFolder(folder);
   struct File {
     std::string name;
@@ -119,11 +131,9 @@ void WriteViews(const std::filesystem::path& folder, const PreviewResult& result
     bool with_alpha;  // the share that the capture saw
   };
   std::vector<File> files;
-  for (const std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
-    for (const EyeResult& eye : *eyes) {
-      files.push_back({"eye_" + eye.name, &eye.simulated, false});
-      files.push_back({"target_" + eye.name, &eye.target, true});
-    }
+  for (const EyeResult* eye : AllEyes(result)) {
+    files.push_back({"eye_" + eye->name, &eye->simulated, false});
+    files.push_back({"target_" + eye->name, &eye->target, true});
   }
   for (const CapturedResult& view : result.captured) {
     files.push_back({"at_" + view.view + "_simulated", &view.simulated, false});
@@ -229,6 +239,11 @@ OptionTable Describe(PreviewOptions& options) {
             &options.eye_pixel_mm, 1e-3, 1e3},
            {"border_px", "the metrics leave out a border of so many pixels", &options.border_px, 0,
             4096},
+           {"focus_planes",
+            "from the backmost to the frontmost layer, on which the eye in the middle focuses; "
+            "0: none",
+            &options.focus_planes, 0, 64},
+           {"pupil_mm", "diameter of that eye's pupil, mm", &options.pupil_mm, 0, 50},
            {"source",
             "simulate from the panels' images or from the emitter images they were made of",
             &options.source,
@@ -240,6 +255,7 @@ OptionTable Describe(PreviewOptions& options) {
 void ApplyQuality(Quality quality, PreviewOptions& options) {
   options.width_px = quality == Quality::kDraft ? 640 : quality == Quality::kBalanced ? 960 : 1920;
   options.positions = quality == Quality::kBest ? 7 : 5;
+  options.focus_planes = quality == Quality::kBest ? 5 : 0;
 }
 
 StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options,
@@ -260,6 +276,7 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
       result.grid);
   AddEyes(
       further, central, [](int i) { return fmt::format("further_{:02}", i); }, result.further);
+  AddFocus(record.display, central, options, result.focus);
   positions.insert(positions.end(), further.begin(), further.end());
   std::vector<DirectView> direct;
   for (CapturedEye& eye :

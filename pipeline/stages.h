@@ -29,7 +29,7 @@ struct PosesOptions {
   int features = 2000;          // per image
   int first_octave = 0;         // -1 doubles the image
   int undistorted_size_px = 0;  // longer side of the undistorted images; 0: as captured
-  bool refine_principal_point = false;
+  bool refine_principal_point = true;
 };
 OptionTable Describe(PosesOptions& options);
 void ApplyQuality(Quality quality, PosesOptions& options);
@@ -47,12 +47,14 @@ struct FramesOptions {
 OptionTable Describe(FramesOptions& options);
 
 struct PreviewOptions {
-  int positions = 7;                   // eyes per axis
+  int positions = 5;                   // eyes per axis
   double eye_box_mm = 54.3;            // they span +- this at the viewing distance
   std::string eyes;                    // further eyes, "X,Y;X,Y" mm
   int width_px = 960;                  // of the eyes' pictures, at most
   std::optional<double> eye_pixel_mm;  // on z = 0; default: the panel's pitch, within width_px
   int border_px = 24;                  // of the pictures that metrics leave out
+  int focus_planes = 0;                // on which the eye in the middle focuses by turns
+  double pupil_mm = 4;                 // its diameter then
   std::string source = "frames";       // "layers": what frames was made from
 };
 OptionTable Describe(PreviewOptions& options);

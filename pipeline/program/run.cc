@@ -94,7 +94,7 @@ void AddVerb(CLI::App& program, Invocation& invocation, const std::string& verb,
   app.add_option("--config", arguments->config,
                  "TOML file of options, as lamella.toml in a workspace");
   app.add_option("--quality", arguments->quality,
-                 "set of options: draft, balanced or best; finer options go on top");
+                 "set of options: draft, balanced (the defaults) or best; finer options go on top");
   if (verb == "run")
     app.add_option("--until", arguments->last, "last stage to run")->capture_default_str();
   PipelineOptions defaults;

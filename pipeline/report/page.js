@@ -206,6 +206,30 @@ function drawHere() {
   here.setAttribute('cy', mapY(between(eyes.y_mm, row)));
 }
 
+// ---- The eye in the middle focuses ----
+
+function showPlane(index) {
+  const plane = data.focus.planes[index], at = millimetres(plane.plane_mm) + ' mm';
+  byId('plane-text').textContent = `${at}: ${decibels(plane)} dB, SSIM ${similarity(plane)}`;
+  for (const kind of ['simulated', 'target']) {
+    byId('focus-' + kind).src = plane[kind];
+    byId('focus-' + kind).alt = `${kind} picture, focused on ${at}`;
+  }
+}
+
+function showFocus() {
+  const planes = data.focus.planes;
+  if (!planes.length) return;
+  byId('focus').hidden = false;
+  byId('focus-note').textContent = `Through a pupil of ${data.focus.pupil_mm} mm in the middle of the eye box: what lies in ` +
+    'the plane in focus is sharp, things before and behind it are blurred. Millimetres to the front of the display\u2019s middle.';
+  const slider = byId('plane');
+  slider.max = planes.length - 1;
+  slider.value = Math.floor(planes.length / 2);
+  slider.addEventListener('input', () => showPlane(+slider.value));
+  showPlane(+slider.value);
+}
+
 // ---- Capture, depth, layers ----
 
 function showView(index) {
@@ -332,6 +356,7 @@ byId('foot').textContent = data.foot;
 canvas.width = eyes.width;
 canvas.height = eyes.height;
 canvas.style.setProperty('--aspect', eyes.width / eyes.height);
+showFocus();
 showCapture();
 showLayers();
 showCutoff();

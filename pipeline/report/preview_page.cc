@@ -13,15 +13,20 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// JSON has no infinity: equal pictures, which have that as PSNR, are told by a flag.
+bool IsEqual(const std::optional<double>& psnr_db) { return psnr_db && std::isinf(*psnr_db); }
+Json NumberOf(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? Json(*value) : Json();
+}
+
 Json Eyes(const PreviewPage& page) {
   Json views = Json::array();
   for (const PageEye& eye : page.eyes) {
-    const bool finite = eye.psnr_db && std::isfinite(*eye.psnr_db);
     views.push_back({{"simulated", eye.simulated},
                      {"target", eye.target},
-                     {"psnr_db", finite ? Json(*eye.psnr_db) : Json()},
-                     {"equal", eye.psnr_db && !finite},
-                     {"ssim", eye.ssim ? Json(*eye.ssim) : Json()},
+                     {"psnr_db", NumberOf(eye.psnr_db)},
+                     {"equal", IsEqual(eye.psnr_db)},
+                     {"ssim", NumberOf(eye.ssim)},
                      {"known", eye.known},
                      {"seen", eye.seen}});
   }
@@ -32,6 +37,19 @@ Json Eyes(const PreviewPage& page) {
           {"width", page.width},
           {"height", page.height},
           {"views", views}};
+}
+
+Json Focus(const PreviewPage& page) {
+  Json planes = Json::array();
+  for (const PageFocus& focus : page.focus) {
+    planes.push_back({{"plane_mm", focus.plane_mm},
+                      {"simulated", focus.simulated},
+                      {"target", focus.target},
+                      {"psnr_db", NumberOf(focus.psnr_db)},
+                      {"equal", IsEqual(focus.psnr_db)},
+                      {"ssim", NumberOf(focus.ssim)}});
+  }
+  return {{"pupil_mm", page.pupil_mm}, {"planes", planes}};
 }
 
 Json Depth(const PreviewPage& page) {
@@ -79,12 +97,19 @@ Json ToJson(const PreviewPage& page) {
                       {"seconds", stage.seconds},
                       {"peak_memory_mib", stage.peak_memory_mib}});
   }
-  return {{"title", page.title},     {"subtitle", page.subtitle},
-          {"foot", page.foot},       {"eyes", Eyes(page)},
-          {"depth", Depth(page)},    {"layers", Layers(page)},
-          {"slots", page.slots},     {"facts", page.facts},
-          {"cutoff", page.cutoff},   {"cutoff_text", page.cutoff_text},
-          {"stages", stages},        {"warnings", page.warnings},
+  return {{"title", page.title},
+          {"subtitle", page.subtitle},
+          {"foot", page.foot},
+          {"eyes", Eyes(page)},
+          {"focus", Focus(page)},
+          {"depth", Depth(page)},
+          {"layers", Layers(page)},
+          {"slots", page.slots},
+          {"facts", page.facts},
+          {"cutoff", page.cutoff},
+          {"cutoff_text", page.cutoff_text},
+          {"stages", stages},
+          {"warnings", page.warnings},
           {"metrics", Metrics(page)}};
 }
 

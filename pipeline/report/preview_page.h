@@ -19,6 +19,13 @@ struct PageEye {
   double seen = 0;   // share of the target that the capture saw
 };
 
+// The eye in the middle, focused on a plane.
+struct PageFocus {
+  double plane_mm = 0;
+  std::string simulated, target;
+  std::optional<double> psnr_db, ssim;  // as a PageEye's
+};
+
 struct PageDepthView {
   std::string name, photo, depth;
   double known = 0;  // share of its pixels
@@ -45,8 +52,10 @@ struct PreviewPage {
   std::string title, subtitle, foot;
   std::vector<double> x_mm, y_mm;  // eye positions; x rising, y falling (the highest eye first)
   double distance_mm = 0, clean_box_mm = 0;
-  int width = 0, height = 0;  // of the eyes' pictures
-  std::vector<PageEye> eyes;  // row by row
+  int width = 0, height = 0;     // of the eyes' pictures
+  std::vector<PageEye> eyes;     // row by row
+  std::vector<PageFocus> focus;  // from the back to the front; empty: none
+  double pupil_mm = 0;
   std::vector<PageDepthView> depth_views;
   std::vector<std::pair<double, std::string>> depth_ticks;  // share of the scale, text
   std::string depth_note;

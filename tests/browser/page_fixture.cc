@@ -10,6 +10,7 @@
 #include "distribute/simulate_eye.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/image_io.h"
+#include "pipeline/preview_eyes.h"
 #include "pipeline/report/picture.h"
 #include "pipeline/report/preview_page.h"
 #include "tests/reference/encode_reference.h"
@@ -99,6 +100,14 @@ PreviewPage Page() {
       page.eyes.push_back({DataUri(EncodeSrgb8(seen.color.span()).span(), "jpeg", 95),
                            DataUri(TargetOf(eye).span(), "jpeg", 95), 30.0, 0.9, 1.0, 1.0});
     }
+  }
+  eye.position = {0, 0, display.viewing_distance_mm};
+  page.pupil_mm = 20;
+  for (const double plane : {kFar, 0.0, kNear}) {
+    const EyePicture seen =
+        SimulateEye(layers, display, FocusedOn(eye, plane), {page.pupil_mm, 24});
+    page.focus.push_back({plane, DataUri(EncodeSrgb8(seen.color.span()).span(), "jpeg", 95),
+                          DataUri(TargetOf(eye).span(), "jpeg", 95), 30.0, 0.9});
   }
   page.depth_views.push_back(DepthView());
   page.depth_ticks = {{0.0, "2.9"}, {1.0, "1.4"}};

@@ -151,6 +151,28 @@ class PageTest(unittest.TestCase):
         self.assertIn("<i>markup</i>", self.browser.run("return document.getElementById('warnings').textContent;"))
         self.assertEqual(self.browser.run("return document.querySelectorAll('main i, main b').length;"), 0)
 
+    # How steep the F's left edge is: the largest step between neighbours of a row through its stem.
+    def focused_step(self):
+        return self.browser.run("""
+            const i = document.getElementById('focus-simulated'), c = document.createElement('canvas');
+            c.width = i.naturalWidth; c.height = i.naturalHeight;
+            const p = c.getContext('2d'); p.drawImage(i, 0, 0);
+            const row = p.getImageData(c.width / 4, c.height / 2, c.width / 4, 1).data;
+            let most = 0;
+            for (let x = 4; x < row.length; x += 4) most = Math.max(most, row[x] - row[x - 4]);
+            return most;""")
+
+    def test_the_slider_focuses_the_eye(self):
+        self.assertFalse(self.browser.run("return document.getElementById('focus').hidden;"))
+        self.assertIn("0.0 mm", self.browser.run("return document.getElementById('plane-text').textContent;"))
+        self.browser.press("#plane", "right")
+        self.settle()
+        near = self.focused_step()
+        self.browser.press("#plane", "left", "left")
+        self.settle()
+        self.assertIn("15.0 mm", self.browser.run("return document.getElementById('plane-text').textContent;"))
+        self.assertGreater(near, 1.5 * self.focused_step())  # the F stands in front
+
     def test_shows_the_cut_off_over_depth(self):
         shown = self.browser.run("const i = document.getElementById('cutoff-figure');"
                                  "return [document.getElementById('cutoff').hidden, i.naturalWidth > 0,"

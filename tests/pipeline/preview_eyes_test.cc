@@ -40,6 +40,28 @@ TEST(EyeGrid, IsSymmetricWithTheHighestRowFirst) {
   EXPECT_EQ(EyeGrid(options)[0], Eigen::Vector2d(0, 0));
 }
 
+TEST(FocusPlanes, GoFromTheBackmostLayerToTheFrontmost) {
+  const Display two = FindDisplay("paper-two-layer");
+  const double back = two.layers[0].position_mm, front = two.layers[1].position_mm;
+  ASSERT_LT(back, front);
+  EXPECT_EQ(FocusPlanes(two, 3), (std::vector<double>{back, (back + front) / 2, front}));
+  EXPECT_EQ(FocusPlanes(two, 1), std::vector<double>{(back + front) / 2});
+  EXPECT_TRUE(FocusPlanes(two, 0).empty());
+}
+
+TEST(FocusedOn, KeepsTheLinesOfSight) {
+  Eye eye;
+  eye.position = {20, -10, 600};
+  eye.left_mm = -50;
+  eye.top_mm = 40;
+  eye.pixel_mm = 0.5;
+  const Eye focused = FocusedOn(eye, 150);  // a quarter of the way to the eye
+  EXPECT_DOUBLE_EQ(focused.plane_mm, 150);
+  EXPECT_DOUBLE_EQ(focused.left_mm, -50 + 0.25 * 70);
+  EXPECT_DOUBLE_EQ(focused.top_mm, 40 - 0.25 * 50);
+  EXPECT_DOUBLE_EQ(focused.pixel_mm, 0.375);
+}
+
 TEST(ParseEyes, ReadsPairsAndRefusesAnythingElse) {
   const auto eyes = ParseEyes("0,0; -27.15 , 3;1e1,-2");
   ASSERT_EQ(eyes.size(), 3U);

@@ -282,6 +282,40 @@ TEST_F(StagePreviewTest, ShowsTheSceneAndTellsHowFarItIsFromTheCapture) {
   ExpectPanelsToDecodeBackToTheirEmitters();
 }
 
+// The steepest step to a neighbour in some rows: of the card's edges, since the textures are smooth.
+double SteepestStep(const Image<Rgb>& picture, int first_row, int num_rows) {
+  double steepest = 0;
+  for (int y = first_row; y < first_row + num_rows; ++y) {
+    for (int x = 60; x < 180; ++x) {
+      steepest = std::max(steepest, std::abs(static_cast<double>(picture(x + 1, y).g) -
+                                             static_cast<double>(picture(x, y).g)));
+    }
+  }
+  return steepest;
+}
+
+// The card stands 22 mm before the backmost layer, at 1/27 of the eye's distance from it: through a
+// pupil of 60 mm it is blurred by 2.2 mm or 9 px where the eye focuses there.
+TEST_F(StagePreviewTest, FocusesOnTheWallAndOnTheCard) {
+  PreviewOptions options = Small();
+  options.positions = 1;
+  options.eyes = "";
+  options.focus_planes = 2;  // the layers, at -10 and 10 mm; the wall is at -12, the card at 12
+  options.pupil_mm = 60;
+  Preview(options);
+  const nlohmann::json focus = Metrics().at("focus");
+  ASSERT_EQ(focus.size(), 2U);
+  EXPECT_EQ(focus[0].at("plane_mm"), -10);
+  EXPECT_EQ(focus[1].at("plane_mm"), 10);
+  for (const char* kind : {"simulated", "target"}) {
+    const auto step = [&](std::size_t i) {
+      return SteepestStep(ReadImage(Folder() / focus[i].at(kind).get<std::string>()), 100, 30);
+    };
+    EXPECT_GT(step(1), 2 * step(0)) << kind;
+  }
+  Preview(Small());
+}
+
 TEST_F(StagePreviewTest, WritesTheSameBytesWithAnyNumberOfThreads) {
   std::string hashes[2];
   for (const int threads : {1, 2}) {
