@@ -33,7 +33,7 @@ struct DepthOptions {
   std::optional<double> disparity_min, disparity_max;
 
   // Photographs.
-  int sweep_size_px = 1024;
+  int sweep_size_px = 1536;
   int sweep_labels = 256;
   double sweep_step_px = 2.4;
   int sweep_sources = 4;

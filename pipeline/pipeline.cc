@@ -113,6 +113,8 @@ std::size_t IndexOf(const std::string& stage) {
 
 }  // namespace
 
+PipelineOptions::PipelineOptions() { ApplyQuality(Quality::kBalanced, *this); }
+
 std::vector<OptionTable> Describe(PipelineOptions& o) {
   return {Describe(o.capture), Describe(o.poses),  Describe(o.depth),  Describe(o.render),
           Describe(o.layers),  Describe(o.frames), Describe(o.preview)};

@@ -12,6 +12,7 @@
 namespace lamella {
 
 struct PipelineOptions {
+  PipelineOptions();  // those of Quality::kBalanced
   CaptureOptions capture;
   PosesOptions poses;
   DepthOptions depth;

@@ -29,7 +29,7 @@ struct PosesOptions {
   int features = 2000;          // per image
   int first_octave = 0;         // -1 doubles the image
   int undistorted_size_px = 0;  // longer side of the undistorted images; 0: as captured
-  bool refine_principal_point = true;
+  bool refine_principal_point = false;
 };
 OptionTable Describe(PosesOptions& options);
 void ApplyQuality(Quality quality, PosesOptions& options);
@@ -47,7 +47,7 @@ struct FramesOptions {
 OptionTable Describe(FramesOptions& options);
 
 struct PreviewOptions {
-  int positions = 5;                   // eyes per axis
+  int positions = 7;                   // eyes per axis
   double eye_box_mm = 54.3;            // they span +- this at the viewing distance
   std::string eyes;                    // further eyes, "X,Y;X,Y" mm
   int width_px = 960;                  // of the eyes' pictures, at most
