@@ -24,7 +24,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
-constexpr int kPngLevel = 1;  // frames are many and shown once
 
 std::string FrameFile(int layer, int slot, const char* role) {
   return fmt::format("layer_{}_slot_{}_{}.png", layer, slot, role);
@@ -225,10 +224,11 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
       const int slot = static_cast<int>(s);
       const EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
       WriteCodes8(run.folder() / FrameFile(layer, slot, "emitter"),
-                  EmitterFrame(emitters, display, layer, response).span(), 95, kPngLevel);
+                  EmitterFrame(emitters, display, layer, response).span(), 95,
+                  PngCoding::kPhotograph);
       if (RolesOf(display.layers[l]).size() == 2) {
         WriteGrey8(run.folder() / FrameFile(layer, slot, "modulator"),
-                   ModulatorFrame(display, layer, slot).span(), kPngLevel);
+                   ModulatorFrame(display, layer, slot).span(), PngCoding::kFast);
       }
       progress.Advance();
     });
