@@ -26,7 +26,8 @@ Seen Transfer(const PictureMap& map, double x, double y, double w) {
   const double v = map.m(1, 0) * x + map.m(1, 1) * y + map.m(1, 2) + w * map.b(1);
   const double z = map.m(2, 0) * x + map.m(2, 1) * y + map.m(2, 2) + w * map.b(2);
   if (!(z > 1e-6)) return {};
-  return {u / z, v / z, w / z, true};
+  const double reciprocal = 1 / z;
+  return {u * reciprocal, v * reciprocal, w * reciprocal, true};
 }
 
 bool Inside(const Image<float>& image, const Seen& p) {
@@ -88,9 +89,9 @@ class PixelVote {
       const float candidate = map.w(x, y);
       // Most warped candidates repeat the best so far.
       if (candidate < 0 || (i > 0 && Same(static_cast<double>(candidate), best.w))) continue;
-      const Verdict verdict = Judge(x, y, static_cast<double>(candidate), i);
-      const float score =
-          static_cast<float>(verdict.confirmed - verdict.contradicted) + (i == 0 ? kOwnBonus : 0);
+      const float bonus = i == 0 ? kOwnBonus : 0;
+      const Verdict verdict = Judge(x, y, static_cast<double>(candidate), i, best_score - bonus);
+      const float score = static_cast<float>(verdict.confirmed - verdict.contradicted) + bonus;
       if (score <= best_score) continue;
       best = verdict;
       best_score = score;
@@ -113,8 +114,8 @@ class PixelVote {
   }
 
   // `from`: 0 the own map's candidate, else that of neighbour from - 1. A map does not confirm
-  // itself.
-  Verdict Judge(int x, int y, double w, std::size_t from) const {
+  // itself. Ends early where confirmations less contradictions can't exceed `to_beat` any more.
+  Verdict Judge(int x, int y, double w, std::size_t from, float to_beat) const {
     Verdict verdict{w, 0, 0, 0};
     double sum = w;
     const auto own = static_cast<double>(own_.w(x, y));
@@ -123,6 +124,9 @@ class PixelVote {
       sum += own;
     }
     for (std::size_t i = 0; i < neighbours_.size(); ++i) {
+      const auto undecided = static_cast<int>(neighbours_.size() - i);
+      if (static_cast<float>(verdict.confirmed - verdict.contradicted + undecided) <= to_beat)
+        break;
       if (i + 1 == from) continue;
       const NeighbourMap& neighbour = neighbours_[i];
       const Seen p = Transfer(neighbour.there, x + 0.5, y + 0.5, w);
@@ -134,8 +138,8 @@ class PixelVote {
       if (there < p.w - limit) ++verdict.contradicted;
       if (std::abs(there - p.w) > limit) continue;
       const Seen back = Transfer(neighbour.back, p.x, p.y, there);
-      if (!back.in_front || std::hypot(back.x - x - 0.5, back.y - y - 0.5) > options_.return_px)
-        continue;
+      const double dx = back.x - x - 0.5, dy = back.y - y - 0.5;
+      if (!back.in_front || dx * dx + dy * dy > options_.return_px * options_.return_px) continue;
       ++verdict.confirmed;
       sum += back.w;
     }

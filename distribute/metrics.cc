@@ -8,15 +8,15 @@
 
 #include <fmt/format.h>
 
+#include "distribute/similarity_kernels.h"
 #include "lightfield/error.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
 
-constexpr int kRadius = 5;  // of the SSIM window: 3.3 sigma
-constexpr double kSigma = 1.5;
-constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
+constexpr int kRadius = SimilarityWindow::kRadius;
+constexpr int kRowsAtOnce = 64;  // of those above and below, 2 kRadius are computed twice
 
 void CheckSizes(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, const MetricRegion& region) {
   const bool mask_fits = region.mask.data == nullptr ||
@@ -49,96 +49,70 @@ double Channel(const Rgb8& pixel, int channel) {
   return code * kPerCode;
 }
 
-// Weights of a window's pixels, from -kRadius to kRadius beside its centre.
-using Window = std::array<double, 2 * kRadius + 1>;
-
-// Where in a window the pixel `offset` beside its centre stands.
-std::size_t PlaceOf(int offset) {
-  const int place = offset + kRadius;
-  return static_cast<std::size_t>(place);
-}
-
-// The window's weights for a pixel `at` of `size`, cut at the sides.
-Window WindowWeights(int at, int size) {
-  Window weights{};
-  double sum = 0;
-  for (int i = -kRadius; i <= kRadius; ++i) {
-    if (at + i < 0 || at + i >= size) continue;
-    const double w = std::exp(-0.5 * i * i / (kSigma * kSigma));
-    weights[PlaceOf(i)] = w;
-    sum += w;
-  }
-  for (double& w : weights) w /= sum;
-  return weights;
-}
-
-struct Moments {  // means of a, b, a^2, b^2, ab over a window
-  double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
-  void Add(double w, const Moments& m) {
-    a += w * m.a;
-    b += w * m.b;
-    aa += w * m.aa;
-    bb += w * m.bb;
-    ab += w * m.ab;
-  }
-};
-
-// Moments of one channel over the columns' windows of row y: the vertical half of the window.
-std::vector<Moments> ColumnMoments(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, int channel,
-                                   int y) {
-  const Window weights = WindowWeights(y, a.height);
-  std::vector<Moments> moments(static_cast<std::size_t>(a.width));
-  for (int i = -kRadius; i <= kRadius; ++i) {
-    const double w = weights[PlaceOf(i)];
-    if (w == 0) continue;
-    for (int x = 0; x < a.width; ++x) {
-      const double va = Channel(a(x, y + i), channel), vb = Channel(b(x, y + i), channel);
-      moments[static_cast<std::size_t>(x)].Add(w, {va, vb, va * va, vb * vb, va * vb});
-    }
-  }
-  return moments;
-}
-
-double Similarity(const Moments& m) {
-  const double variance_a = m.aa - m.a * m.a, variance_b = m.bb - m.b * m.b;
-  const double covariance = m.ab - m.a * m.b;
-  return (2 * m.a * m.b + kC1) * (2 * covariance + kC2) /
-         ((m.a * m.a + m.b * m.b + kC1) * (variance_a + variance_b + kC2));
-}
-
 struct Sum {
   double value = 0;
   std::int64_t count = 0;
 };
 using Sums = std::vector<Sum>;  // of each region
 
-Sums SimilarityOfRow(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
-                     const std::vector<MetricRegion>& regions, int y,
-                     const std::vector<Window>& weights) {
-  Sums sums(regions.size());
-  for (int channel = 0; channel < 3; ++channel) {
-    const std::vector<Moments> moments = ColumnMoments(a, b, channel, y);
-    for (int x = 0; x < a.width; ++x) {
-      const auto counts = [&](const MetricRegion& region) {
-        return Contains(Inner(a.width, region.border_px), x) &&
-               Contains(Inner(a.height, region.border_px), y) && Counts(region, x, y);
-      };
-      if (std::none_of(regions.begin(), regions.end(), counts)) continue;
-      Moments m;
-      for (int i = -kRadius; i <= kRadius; ++i) {
-        const double w = weights[static_cast<std::size_t>(x)][PlaceOf(i)];
-        const int column = x + i;
-        if (w != 0) m.Add(w, moments[static_cast<std::size_t>(column)]);
+// The similarity of one channel, row after row: moments of the rows around are kept.
+class ChannelSimilarity {
+ public:
+  ChannelSimilarity(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, int channel)
+      : a_(a), b_(b), channel_(channel), similarity_(static_cast<std::size_t>(a.width)) {}
+
+  // For rising rows only.
+  const std::vector<double>& OfRow(int y) {
+    next_ = std::max(next_, std::max(y - kRadius, 0));
+    for (; next_ <= std::min(y + kRadius, a_.height - 1); ++next_) Enter(next_);
+    std::array<const RowMoments*, kRing> rows{};
+    for (int i = -kRadius; i <= kRadius; ++i) {
+      if (y + i >= 0 && y + i < a_.height) rows[PlaceOf(i + kRadius)] = &ring_[PlaceOf(y + i)];
+    }
+    std::vector<double> scale;
+    const double rows_sum = window_.SumAt(y, a_.height);
+    for (int x = 0; x < a_.width; ++x) {
+      scale.push_back(1 / (rows_sum * window_.SumAt(x, a_.width)));
+    }
+    SimilarityOfRow(window_, rows, scale.data(), a_.width, similarity_.data());
+    return similarity_;
+  }
+
+ private:
+  static constexpr std::size_t kRing = 2 * kRadius + 1;
+  static std::size_t PlaceOf(int row) { return static_cast<std::size_t>(row) % kRing; }
+
+  void Enter(int y) {
+    const auto padded = [&](ImageSpan<const Rgb8> picture) {
+      std::vector<double> row(static_cast<std::size_t>(a_.width + 2 * kRadius), 0.0);
+      for (int x = 0; x < a_.width; ++x) {
+        row[static_cast<std::size_t>(x + kRadius)] = Channel(picture(x, y), channel_);
       }
-      const double similarity = Similarity(m);
-      for (std::size_t r = 0; r < regions.size(); ++r) {
-        if (!counts(regions[r])) continue;
-        sums[r].value += similarity;
-        ++sums[r].count;
-      }
+      return row;
+    };
+    HorizontalMoments(window_, padded(a_).data(), padded(b_).data(), a_.width, ring_[PlaceOf(y)]);
+  }
+
+  const SimilarityWindow window_;
+  ImageSpan<const Rgb8> a_, b_;
+  int channel_;
+  int next_ = 0;  // the first row whose moments are not in the ring yet
+  std::array<RowMoments, kRing> ring_;
+  std::vector<double> similarity_;
+};
+
+void AddRow(const std::vector<double>& similarity, const std::vector<MetricRegion>& regions,
+            int height, int y, Sums& sums) {
+  const int width = static_cast<int>(similarity.size());
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    if (!Contains(Inner(height, regions[r].border_px), y)) continue;
+    const Span columns = Inner(width, regions[r].border_px);
+    for (int x = columns.first; x < columns.last; ++x) {
+      if (!Counts(regions[r], x, y)) continue;
+      sums[r].value += similarity[static_cast<std::size_t>(x)];
+      ++sums[r].count;
     }
   }
-  return sums;
 }
 
 }  // namespace
@@ -179,21 +153,21 @@ std::vector<std::optional<double>> SsimOfRegions(ImageSpan<const Rgb8> a, ImageS
     const Span inner = Inner(a.height, region.border_px);
     rows = {std::min(rows.first, inner.first), std::max(rows.last, inner.last)};
   }
-  std::vector<Window> weights;
-  for (int x = 0; x < a.width; ++x) weights.push_back(WindowWeights(x, a.width));
-  std::vector<Sums> sums(static_cast<std::size_t>(a.height));
-  ParallelFor(rows.first, std::max(rows.first, rows.last), 8,
+  std::vector<Sums> sums(static_cast<std::size_t>(a.height), Sums(regions.size()));
+  ParallelFor(rows.first, std::max(rows.first, rows.last), kRowsAtOnce,
               [&](std::int64_t first, std::int64_t last) {
-                for (std::int64_t y = first; y < last; ++y) {
-                  sums[static_cast<std::size_t>(y)] =
-                      SimilarityOfRow(a, b, regions, static_cast<int>(y), weights);
+                for (int channel = 0; channel < 3; ++channel) {
+                  ChannelSimilarity similarity(a, b, channel);
+                  for (int y = static_cast<int>(first); y < last; ++y) {
+                    AddRow(similarity.OfRow(y), regions, a.height, y,
+                           sums[static_cast<std::size_t>(y)]);
+                  }
                 }
               });
   std::vector<std::optional<double>> means;
   for (std::size_t r = 0; r < regions.size(); ++r) {
     Sum total;
     for (const Sums& row : sums) {
-      if (row.empty()) continue;
       total.value += row[r].value;
       total.count += row[r].count;
     }

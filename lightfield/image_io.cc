@@ -85,7 +85,7 @@ OIIO::ImageBuf ReadPixels(const fs::path& path, OIIO::TypeDesc type) {
   const std::unique_ptr<OIIO::ImageInput> input = Open(path);
   OIIO::ImageSpec spec = input->spec();
   if (type != OIIO::TypeDesc::UNKNOWN) spec.set_format(type);
-  OIIO::ImageBuf buffer(spec);
+  OIIO::ImageBuf buffer(spec, OIIO::InitializePixels::No);
   if (!input->read_image(0, 0, 0, spec.nchannels, spec.format, buffer.localpixels())) {
     throw Unreadable(path, input->geterror());
   }
@@ -140,16 +140,22 @@ Image<Out> ToImage(const OIIO::ImageBuf& buffer, Convert convert) {
   const int width = buffer.spec().width, height = buffer.spec().height;
   const int channels = buffer.nchannels();
   const bool grey = channels < 3;
-  std::vector<T> row(static_cast<std::size_t>(width) * static_cast<std::size_t>(channels));
+  const bool as_stored =
+      buffer.localpixels() && buffer.spec().format == OIIO::TypeDescFromC<T>::value();
+  std::vector<T> converted(static_cast<std::size_t>(width) * static_cast<std::size_t>(channels));
   Image<Out> image(width, height);
   for (int y = 0; y < height; ++y) {
-    const int y0 = buffer.spec().y + y;
-    buffer.get_pixels(
-        OIIO::ROI(buffer.spec().x, buffer.spec().x + width, y0, y0 + 1, 0, 1, 0, channels),
-        OIIO::TypeDescFromC<T>::value(), row.data());
-    for (int x = 0; x < width; ++x) {
-      const T* p = row.data() + static_cast<std::ptrdiff_t>(x) * channels;
-      image(x, y) = {convert(p[0]), convert(p[grey ? 0 : 1]), convert(p[grey ? 0 : 2])};
+    const int x0 = buffer.spec().x, y0 = buffer.spec().y + y;
+    const T* p = converted.data();
+    if (as_stored) {
+      p = static_cast<const T*>(buffer.pixeladdr(x0, y0));
+    } else {
+      buffer.get_pixels(OIIO::ROI(x0, x0 + width, y0, y0 + 1, 0, 1, 0, channels),
+                        OIIO::TypeDescFromC<T>::value(), converted.data());
+    }
+    Out* row = image.row(y);
+    for (int x = 0; x < width; ++x, p += channels) {
+      row[x] = {convert(p[0]), convert(p[grey ? 0 : 1]), convert(p[grey ? 0 : 2])};
     }
   }
   return image;
@@ -166,14 +172,16 @@ void WriteBuffer(const fs::path& path, const OIIO::ImageSpec& spec, const void* 
   });
 }
 
-// zlib's levels. A photograph gains 7 % of its size from level 6 and takes four times as long.
-constexpr int kForPhotographs = 2, kForPatterns = 6;
-
-OIIO::ImageSpec PngSpec(int width, int height, int channels, int level) {
+OIIO::ImageSpec PngSpec(int width, int height, int channels, PngCoding coding) {
   OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:UnassociatedAlpha", 1);
   spec.attribute("oiio:ColorSpace", "sRGB");
-  spec.attribute("png:compressionLevel", level);
+  constexpr int kAverage = 64;  // PNG_FILTER_AVG
+  if (coding == PngCoding::kPhotograph) {
+    spec.attribute("compression", "rle");
+    spec.attribute("png:filter", kAverage);
+  }
+  spec.attribute("png:compressionLevel", coding == PngCoding::kSmall ? 6 : 1);  // zlib's
   return spec;
 }
 
@@ -253,12 +261,12 @@ Image<float> ReadAlpha(const fs::path& path) {
 }
 
 void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_quality,
-                 int png_level) {
+                 PngCoding coding) {
   std::vector<Rgb8> packed;
   packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
   for (int y = 0; y < codes.height; ++y)
     packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
-  OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3, png_level);
+  OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3, coding);
   spec.attribute("CompressionQuality", jpeg_quality);
   WriteBuffer(path, spec, packed.data(), OIIO::TypeDesc::UINT8);
 }
@@ -268,7 +276,7 @@ std::string EncodeCodes8(ImageSpan<const Rgb8> codes, const std::string& format,
   packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
   for (int y = 0; y < codes.height; ++y)
     packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
-  OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3, kForPatterns);
+  OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3, PngCoding::kSmall);
   spec.attribute("CompressionQuality", jpeg_quality);
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput file(bytes);
@@ -283,11 +291,11 @@ std::string EncodeCodes8(ImageSpan<const Rgb8> codes, const std::string& format,
   return std::string(bytes.begin(), bytes.end());
 }
 
-void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes, int png_level) {
+void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes, PngCoding coding) {
   std::vector<std::uint8_t> packed;
   for (int y = 0; y < codes.height; ++y)
     packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
-  WriteBuffer(path, PngSpec(codes.width, codes.height, 1, png_level), packed.data(),
+  WriteBuffer(path, PngSpec(codes.width, codes.height, 1, coding), packed.data(),
               OIIO::TypeDesc::UINT8);
 }
 
@@ -304,7 +312,7 @@ void WriteNumbers(const fs::path& path, ImageSpan<const Rgb> numbers, int bits) 
       codes.insert(codes.end(), {code(p.r), code(p.g), code(p.b)});
     }
   }
-  OIIO::ImageSpec spec = PngSpec(numbers.width, numbers.height, 3, kForPhotographs);
+  OIIO::ImageSpec spec = PngSpec(numbers.width, numbers.height, 3, PngCoding::kPhotograph);
   if (bits == 16) {
     spec.set_format(OIIO::TypeDesc::UINT16);
     WriteBuffer(path, spec, codes.data(), OIIO::TypeDesc::UINT16);
@@ -327,7 +335,7 @@ Image<Rgb8> EncodeSrgb8(ImageSpan<const Rgb> linear) {
 
 void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear) {
   const Image<Rgb8> codes = EncodeSrgb8(linear);
-  WriteBuffer(path, PngSpec(linear.width, linear.height, 3, kForPhotographs), codes.data(),
+  WriteBuffer(path, PngSpec(linear.width, linear.height, 3, PngCoding::kPhotograph), codes.data(),
               OIIO::TypeDesc::UINT8);
 }
 
@@ -354,7 +362,7 @@ void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, ImageSpan<co
                     {p.r, p.g, p.b, static_cast<std::uint8_t>(std::lround(a * 255.0F))});
     }
   }
-  WriteBuffer(path, PngSpec(codes.width, codes.height, 4, kForPhotographs), packed.data(),
+  WriteBuffer(path, PngSpec(codes.width, codes.height, 4, PngCoding::kPhotograph), packed.data(),
               OIIO::TypeDesc::UINT8);
 }
 
@@ -422,7 +430,9 @@ OIIO::ImageSpec ExrSpec(const std::vector<std::string>& channels, int width, int
                        type == ExrType::kHalf ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
   spec.channelnames = channels;
   spec.alpha_channel = -1;
-  spec.attribute("compression", compression == ExrCompression::kPiz ? "piz" : "zip");
+  spec.attribute("compression", compression == ExrCompression::kNone  ? "none"
+                                : compression == ExrCompression::kPiz ? "piz"
+                                                                      : "zip");
   spec.attribute("DateTime", "");  // else OpenImageIO writes the present time
   return spec;
 }
@@ -457,8 +467,8 @@ struct PngRowsWriter::State {
 };
 
 PngRowsWriter::PngRowsWriter(const fs::path& path, int width, int height, int channels,
-                             int png_level)
-    : state_(new State{{path, PngSpec(width, height, channels, png_level)}}) {}
+                             PngCoding coding)
+    : state_(new State{{path, PngSpec(width, height, channels, coding)}}) {}
 
 PngRowsWriter::~PngRowsWriter() = default;
 PngRowsWriter::PngRowsWriter(PngRowsWriter&&) noexcept = default;

@@ -28,11 +28,11 @@ void AppendLittleEndian(std::string& bytes, UInt value) {
 
 }  // namespace
 
-void SaveDepthMap(const fs::path& path, const DepthMap& map) {
+void SaveDepthMap(const fs::path& path, const DepthMap& map, ExrCompression compression) {
   std::vector<Channel> channels;
   channels.push_back({kDepthChannel, map.depth.Clone()});
   channels.push_back({kConfidenceChannel, map.confidence.Clone()});
-  WriteExr(path, channels, ExrType::kFloat);
+  WriteExr(path, channels, ExrType::kFloat, compression);
 }
 
 DepthMap LoadDepthMap(const fs::path& path) {

@@ -11,12 +11,6 @@
 #include "lightfield/image_io.h"
 
 namespace lamella {
-namespace {
-
-constexpr int kPngLevel = 1;  // frames are many and shown once
-
-}  // namespace
-
 std::string FrameFile(int layer, int slot, const char* role) {
   return fmt::format("layer_{}_slot_{}_{}.png", layer, slot, role);
 }
@@ -35,11 +29,11 @@ void WriteSlotFrames(const ReadEmitterRows& emitters, const Display& display, in
                      const PanelResponse& response, const std::filesystem::path& folder,
                      int rows_at_once) {
   PngRowsWriter emitter(folder / FrameFile(layer, slot, "emitter"), display.width_px,
-                        display.height_px, 3, kPngLevel);
+                        display.height_px, 3, PngCoding::kPhotograph);
   std::optional<PngRowsWriter> modulator;
   if (RolesOf(display.layers[static_cast<std::size_t>(layer)]).size() == 2) {
     modulator.emplace(folder / FrameFile(layer, slot, "modulator"), display.width_px,
-                      display.height_px, 1, kPngLevel);
+                      display.height_px, 1, PngCoding::kFast);
   }
   for (int row = 0; row < display.emitter_rows(); row += rows_at_once) {
     const int end = std::min(row + rows_at_once, display.emitter_rows());

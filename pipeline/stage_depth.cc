@@ -37,7 +37,9 @@ class FileStore final : public DepthStore {
     return LoadDepthMap(run_.folder() / File(pass, view));
   }
   void Save(int pass, int view, const DepthMap& map) override {
-    SaveDepthMap(run_.folder() / File(pass, view), map);
+    // Maps of the earlier passes don't stay: their size matters less than the time to pack them.
+    SaveDepthMap(run_.folder() / File(pass, view), map,
+                 pass + 1 == num_passes_ ? ExrCompression::kZip : ExrCompression::kNone);
   }
   DepthMap Result(int view) { return Load(num_passes_ - 1, view); }
 

@@ -31,7 +31,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kOverviewQuality = 92;  // of JPEG
-constexpr int kPngLevel = 2;          // of the eyes' pictures
 
 // A captured view's eye with what is rendered there directly, before the layers are loaded.
 struct DirectView {
@@ -145,7 +144,7 @@ void WriteViews(const std::filesystem::path& folder, PreviewResult& result) {
     if (file.with_alpha) {
       WriteCodes8(path, file.picture->codes.span(), file.picture->share.span());
     } else {
-      WriteCodes8(path, file.picture->codes.span(), kOverviewQuality, kPngLevel);
+      WriteCodes8(path, file.picture->codes.span(), kOverviewQuality, PngCoding::kPhotograph);
     }
   });
 }

@@ -10,13 +10,11 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kPngLevel = 1;
-
 void WriteAll(const fs::path& folder, const std::vector<Image<Rgb8>>& frames,
               const std::vector<std::string>& files) {
   ParallelForEach(0, static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto stroke = static_cast<std::size_t>(i);
-    WriteCodes8(folder / files[stroke], frames[stroke].span(), 95, kPngLevel);
+    WriteCodes8(folder / files[stroke], frames[stroke].span(), 95, PngCoding::kFast);
   });
 }
 

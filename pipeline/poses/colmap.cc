@@ -1,12 +1,13 @@
 #include "pipeline/poses/colmap.h"
 
 #include <algorithm>
-#include <map>
 
 #include <fmt/format.h>
 
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
+#include "lightfield/parallel.h"
+#include "pipeline/poses/database.h"
 #include "pipeline/poses/process.h"
 
 namespace lamella {
@@ -125,8 +126,9 @@ fs::path Colmap::FreshFolder(const std::string& name) {
   return folder;
 }
 
-void Colmap::ExtractFeatures(int num_images, const ExtractionOptions& options) {
-  progress_.Start("find features", num_images, "views");
+void Colmap::ExtractFeatures(const std::vector<std::string>& names,
+                             const ExtractionOptions& options) {
+  progress_.Start("find features", static_cast<std::int64_t>(names.size()), "views");
   const std::vector<std::string> arguments = {"--database_path",
                                               Database().string(),
                                               "--image_path",
@@ -134,7 +136,7 @@ void Colmap::ExtractFeatures(int num_images, const ExtractionOptions& options) {
                                               "--SiftExtraction.use_gpu",
                                               "0",
                                               "--SiftExtraction.num_threads",
-                                              "1",
+                                              std::to_string(NumThreads()),
                                               "--SiftExtraction.max_image_size",
                                               std::to_string(options.image_size_px),
                                               "--SiftExtraction.max_num_features",
@@ -143,6 +145,9 @@ void Colmap::ExtractFeatures(int num_images, const ExtractionOptions& options) {
                                               std::to_string(options.first_octave)};
   Require("feature_extractor",
           Run("feature_extractor", arguments, Counter(progress_, "Processed file")));
+  // The features of an image are the same whichever thread finds them; the numbers of the images
+  // follow the order in which they were finished.
+  ColmapDatabase(Database()).NumberImages(names);
 }
 
 void Colmap::ImportMatches(const fs::path& list, int num_pairs) {
@@ -160,19 +165,16 @@ void Colmap::ImportMatches(const fs::path& list, int num_pairs) {
   Require("matches_importer", Run("matches_importer", arguments, Counter(progress_, " - ")));
 }
 
-std::vector<fs::path> Colmap::Map(int num_images, MapperEffort effort,
-                                  bool refine_principal_point) {
-  progress_.Start("find camera positions", num_images, "views");
-  const fs::path output = FreshFolder("sparse");
-  std::map<std::string, std::string> options = MapperOptions(effort);
+std::vector<fs::path> Colmap::MapInto(const fs::path& output, const fs::path& database,
+                                      std::map<std::string, std::string> options,
+                                      const std::function<void(std::string_view)>& on_line) {
   options["num_threads"] = "1";
-  if (refine_principal_point) options["ba_refine_principal_point"] = "1";
-  std::vector<std::string> arguments = {"--database_path", Database().string(), "--image_path",
-                                        Images().string(), "--output_path",     output.string()};
+  std::vector<std::string> arguments = {"--database_path", database.string(), "--image_path",
+                                        Images().string(), "--output_path",   output.string()};
   for (const auto& [name, value] : options) {
     arguments.insert(arguments.end(), {"--Mapper." + name, value});
   }
-  const Outcome outcome = Run("mapper", arguments, Counter(progress_, "Registering image"));
+  const Outcome outcome = Run("mapper", arguments, on_line);
   std::vector<fs::path> models;
   for (const auto& entry : fs::directory_iterator(output)) {
     if (entry.is_directory()) models.push_back(entry.path());
@@ -181,6 +183,28 @@ std::vector<fs::path> Colmap::Map(int num_images, MapperEffort effort,
   const bool started = outcome.reason.find("failed to create sparse model") == std::string::npos;
   if (models.empty() && started) Require("mapper", outcome);
   return models;
+}
+
+std::vector<fs::path> Colmap::Map(int num_images, MapperEffort effort) {
+  progress_.Start("find camera positions", num_images, "views");
+  return MapInto(FreshFolder("sparse"), Database(), MapperOptions(effort),
+                 Counter(progress_, "Registering image"));
+}
+
+std::vector<fs::path> Colmap::MapWithFreePrincipalPoint(const std::atomic<bool>& wanted) {
+  struct Unwanted {};
+  const fs::path output = FreshFolder("sparse_free"), database = folder_ / "database_free.db";
+  // Opening the database writes to it, so each of two programs has its own.
+  fs::copy_file(Database(), database, fs::copy_options::overwrite_existing);
+  std::map<std::string, std::string> options = MapperOptions(MapperEffort::kUsual);
+  options["ba_refine_principal_point"] = "1";
+  try {
+    return MapInto(output, database, std::move(options), [&](std::string_view) {
+      if (!wanted) throw Unwanted();
+    });
+  } catch (const Unwanted&) {
+    return {};
+  }
 }
 
 std::optional<fs::path> Colmap::Triangulate(const fs::path& input, int num_images) {

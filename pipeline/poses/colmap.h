@@ -1,9 +1,11 @@
-// COLMAP 3.8 as a program, on the CPU and without a display. Every step runs on one thread: with
-// more, COLMAP's results differ from run to run.
+// COLMAP 3.8 as a program, on the CPU and without a display. Every step but the extraction runs on
+// one thread: with more, COLMAP's results differ from run to run.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -41,12 +43,15 @@ class Colmap {
   std::filesystem::path Images() const { return folder_ / "images"; }
   std::filesystem::path Database() const { return folder_ / "database.db"; }
 
-  void ExtractFeatures(int num_images, const ExtractionOptions& options);
+  // Images are numbered in the order of their names, which all must be in the folder.
+  void ExtractFeatures(const std::vector<std::string>& names, const ExtractionOptions& options);
   // Writes the matches of COLMAP's raw list into the database and verifies them geometrically.
   void ImportMatches(const std::filesystem::path& list, int num_pairs);
   // The folders of the models that were found; none where there was no pair to start from.
-  std::vector<std::filesystem::path> Map(int num_images, MapperEffort effort,
-                                         bool refine_principal_point);
+  std::vector<std::filesystem::path> Map(int num_images, MapperEffort effort);
+  // With usual effort and the principal point free. May run beside Map, on another thread, and so
+  // tells no progress; it ends early and without models where it is `wanted` no more.
+  std::vector<std::filesystem::path> MapWithFreePrincipalPoint(const std::atomic<bool>& wanted);
   // Triangulates with the cameras of the model in `input` held; the folder of the new model,
   // or nothing where no point fits them.
   std::optional<std::filesystem::path> Triangulate(const std::filesystem::path& input,
@@ -61,12 +66,16 @@ class Colmap {
               const std::function<void(std::string_view)>& on_line);
   // MachineError where it did not succeed.
   void Require(const std::string& verb, const Outcome& outcome) const;
+  std::vector<std::filesystem::path> MapInto(const std::filesystem::path& output,
+                                             const std::filesystem::path& database,
+                                             std::map<std::string, std::string> options,
+                                             const std::function<void(std::string_view)>& on_line);
   std::filesystem::path FreshFolder(const std::string& name);
 
   std::string program_;
   std::filesystem::path folder_;
   Progress& progress_;
-  int attempts_ = 0;
+  std::atomic<int> attempts_ = 0;
 };
 
 }  // namespace lamella

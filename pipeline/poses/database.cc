@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include <fmt/format.h>
 #include <sqlite3.h>
 
 #include "lightfield/error.h"
@@ -79,6 +80,29 @@ std::map<std::string, std::uint32_t> ColmapDatabase::ImageIds() {
   std::map<std::string, std::uint32_t> ids;
   while (select.Step()) ids[select.Text(1)] = static_cast<std::uint32_t>(select.Whole(0));
   return ids;
+}
+
+void ColmapDatabase::NumberImages(const std::vector<std::string>& names) {
+  constexpr std::int64_t kAside = std::int64_t{1} << 30;  // beyond all numbers, old and new
+  const std::map<std::string, std::uint32_t> old = ImageIds();
+  Statement(database_, file_, "BEGIN").Run();
+  for (const char* table : {"images", "keypoints", "descriptors"}) {
+    const auto update = [&](const char* what) {
+      return fmt::format("UPDATE {} SET image_id = {}", table, what);
+    };
+    Statement aside(database_, file_, update("image_id + ?").c_str());
+    aside.Bind(1, kAside);
+    aside.Run();
+    Statement renumber(database_, file_, update("? WHERE image_id = ?").c_str());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto id = old.find(names[i]);
+      if (id == old.end()) continue;
+      renumber.Bind(1, static_cast<std::int64_t>(i + 1));
+      renumber.Bind(2, kAside + id->second);
+      renumber.Run();
+    }
+  }
+  Statement(database_, file_, "COMMIT").Run();
 }
 
 Descriptors ColmapDatabase::ReadDescriptors(std::uint32_t image_id) {

@@ -30,6 +30,9 @@ class ColmapDatabase {
   ColmapDatabase& operator=(const ColmapDatabase&) = delete;
 
   std::map<std::string, std::uint32_t> ImageIds();  // by name
+  // Gives the images with features the numbers 1, 2, ... in the order of these names; only before
+  // any pairs were matched.
+  void NumberImages(const std::vector<std::string>& names);
   Descriptors ReadDescriptors(std::uint32_t image_id);
   // Size of every feature: the area of its frame, square px.
   std::vector<float> ReadFeatureSizes(std::uint32_t image_id);

@@ -1,7 +1,9 @@
 #include "pipeline/poses/reconstruct.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <map>
 #include <optional>
 #include <set>
@@ -191,7 +193,7 @@ ColmapModel MapWithFallbacks(Colmap& colmap, const Photos& photos,
        {MapperEffort::kUsual, MapperEffort::kRelaxed, MapperEffort::kLast}) {
     // The last effort is for captures that do not start at all: it takes views that do not fit.
     if (best && effort == MapperEffort::kLast) break;
-    std::optional<ColmapModel> model = LargestModel(colmap.Map(count, effort, false));
+    std::optional<ColmapModel> model = LargestModel(colmap.Map(count, effort));
     if (model && model->images.size() < 2) model.reset();
     if (model && (!best || model->images.size() > best->images.size())) {
       best = std::move(model);
@@ -236,16 +238,36 @@ bool IsBetter(const ColmapModel& free, const ColmapModel& fixed) {
   return gain > 2.0 * static_cast<double>(free.cameras.size()) * std::log(residuals);
 }
 
+// The mapping with the principal point free. COLMAP maps on one thread: where there are more, it
+// goes on beside the other mapping; else, or where it is not started yet, when its model is asked
+// for.
+class FreeMapping {
+ public:
+  explicit FreeMapping(Colmap& colmap)
+      : models_(std::async(NumThreads() > 1 ? std::launch::async : std::launch::deferred,
+                           [this, &colmap] { return colmap.MapWithFreePrincipalPoint(wanted_); })) {
+  }
+  FreeMapping(const FreeMapping&) = delete;
+  FreeMapping& operator=(const FreeMapping&) = delete;
+  ~FreeMapping() { wanted_ = false; }  // the future waits until it has ended
+
+  std::optional<ColmapModel> Model() { return LargestModel(models_.get()); }
+
+ private:
+  std::atomic<bool> wanted_ = true;
+  std::future<std::vector<fs::path>> models_;
+};
+
 ColmapModel Map(Colmap& colmap, const Photos& photos, const ReconstructionOptions& options,
                 Reconstruction& result) {
   constexpr std::size_t kEnoughViews = 8;  // the principal point is weakly bound by fewer
-  ColmapModel model = MapWithFallbacks(colmap, photos, result.warnings);
-  if (!options.refine_principal_point || model.images.size() < photos.files.size() ||
-      model.images.size() < kEnoughViews) {
-    return model;
+  std::optional<FreeMapping> free_mapping;
+  if (options.refine_principal_point && photos.files.size() >= kEnoughViews) {
+    free_mapping.emplace(colmap);
   }
-  std::optional<ColmapModel> free =
-      LargestModel(colmap.Map(static_cast<int>(photos.files.size()), MapperEffort::kUsual, true));
+  ColmapModel model = MapWithFallbacks(colmap, photos, result.warnings);
+  if (!free_mapping || model.images.size() < photos.files.size()) return model;
+  std::optional<ColmapModel> free = free_mapping->Model();
   const bool taken = free && IsBetter(*free, model);
   result.summary.emplace_back("principal point",
                               taken ? fmt::format("refined, {:.1f} % of the image from its centre",
@@ -326,7 +348,7 @@ Reconstruction Reconstruct(const CaptureRecord& capture, const ReconstructionOpt
   const Scratch cleaned(scratch);
   Colmap colmap(scratch, progress);
   Photos photos{capture, MakePhotoFolder(capture, colmap.Images(), progress), {}};
-  colmap.ExtractFeatures(static_cast<int>(photos.files.size()), options.extraction);
+  colmap.ExtractFeatures(photos.files, options.extraction);
   photos.image_ids =
       ImageIds(*std::make_unique<ColmapDatabase>(colmap.Database()), capture, photos.files);
   const Matching matching = Match(colmap, photos, scratch, progress);

@@ -101,7 +101,8 @@ TEST_F(ImageRows, APngWrittenInStripsOfAnyHeightHasTheCodesWritten) {
   for (const int strip : {1, 7, 32, kHeight}) {
     const fs::path color = folder_ / ("color_" + std::to_string(strip) + ".png");
     const fs::path grey = folder_ / ("grey_" + std::to_string(strip) + ".png");
-    PngRowsWriter colors(color, kWidth, kHeight, 3, 1), greys(grey, kWidth, kHeight, 1, 1);
+    PngRowsWriter colors(color, kWidth, kHeight, 3, PngCoding::kPhotograph),
+        greys(grey, kWidth, kHeight, 1, PngCoding::kFast);
     for (int row = 0; row < kHeight; row += strip) {
       const int end = std::min(row + strip, kHeight);
       Image<Rgb8> three(kWidth, end - row);
@@ -132,12 +133,12 @@ TEST_F(ImageRows, APngWrittenInStripsOfAnyHeightHasTheCodesWritten) {
 
 TEST_F(ImageRows, NothingIsLeftOfAFileThatIsNotClosedOrLacksRows) {
   {
-    PngRowsWriter dropped(folder_ / "dropped.png", kWidth, kHeight, 1, 1);
+    PngRowsWriter dropped(folder_ / "dropped.png", kWidth, kHeight, 1, PngCoding::kFast);
     dropped.Write(Image<std::uint8_t>(kWidth, 10));
     ExrRowsWriter half(folder_ / "half.exr", {"R", "G", "B", "A"}, kWidth, kHeight, ExrType::kHalf);
     half.Write(Channels(0, 32));
     EXPECT_ANY_THROW(half.Close());
-    PngRowsWriter empty(folder_ / "empty.png", kWidth, kHeight, 3, 1);
+    PngRowsWriter empty(folder_ / "empty.png", kWidth, kHeight, 3, PngCoding::kFast);
     EXPECT_ANY_THROW(empty.Close());
   }
   EXPECT_TRUE(fs::is_empty(folder_));
