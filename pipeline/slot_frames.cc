@@ -11,6 +11,7 @@
 #include "lightfield/image_io.h"
 
 namespace lamella {
+
 std::string FrameFile(int layer, int slot, const char* role) {
   return fmt::format("layer_{}_slot_{}_{}.png", layer, slot, role);
 }
