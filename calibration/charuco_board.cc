@@ -1,0 +1,64 @@
+#include "calibration/charuco_board.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "lightfield/error.h"
+
+namespace lamella {
+namespace {
+
+constexpr int kDictionary = 1000;
+constexpr int kSquareStep = 5, kLeastSquare = 20;
+constexpr int kLeastColumns = 4, kLeastRows = 3;
+// 24 x 13.5 squares on 1920 x 1080 px.
+constexpr double kSquares = 24 * 13.5;
+
+CharucoBoard LayOut(const PanelSize& panel, int square_px) {
+  CharucoBoard board{panel.width_px, panel.height_px, panel.width_px / square_px,
+                     panel.height_px / square_px, square_px};
+  if (board.rows % 2 == 0) board.rows -= 1;
+  board.left_px = (panel.width_px - board.columns * square_px) / 2;
+  board.top_px = (panel.height_px - board.rows * square_px) / 2;
+  return board;
+}
+
+// `coarseness` 0 is the finest board.
+CharucoBoard LayOutCoarse(const PanelSize& panel, int coarseness) {
+  const double side = std::sqrt(static_cast<double>(panel.width_px) * panel.height_px / kSquares);
+  const int square = std::max(kLeastSquare, static_cast<int>(side) / kSquareStep * kSquareStep);
+  return LayOut(panel, square + coarseness * kSquareStep);
+}
+
+}  // namespace
+
+Eigen::Vector2d CharucoBoard::CornerPx(int corner) const {
+  const int i = corner % (columns - 1), j = corner / (columns - 1);
+  return {left_px + (i + 1) * square_px, top_px + (j + 1) * square_px};
+}
+
+std::vector<CharucoBoard> LayOutBoards(const std::vector<PanelSize>& panels) {
+  for (int coarseness = 0;; ++coarseness) {
+    std::vector<CharucoBoard> boards;
+    int next_id = 0;
+    for (const PanelSize& panel : panels) {
+      boards.push_back(LayOutCoarse(panel, coarseness));
+      CharucoBoard& board = boards.back();
+      if (board.columns < kLeastColumns || board.rows < kLeastRows) {
+        throw UsageError(fmt::format("a panel of {} x {} px", panel.width_px, panel.height_px),
+                         coarseness == 0
+                             ? "is too small for a board of markers"
+                             : fmt::format("is one of {} panels, too many for one set of markers",
+                                           panels.size()),
+                         "use --mode precise, whose sinusoids need no markers");
+      }
+      board.first_id = next_id;
+      next_id += board.num_markers();
+    }
+    if (next_id <= kDictionary) return boards;
+  }
+}
+
+}  // namespace lamella
