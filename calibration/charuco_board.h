@@ -17,7 +17,7 @@ struct CharucoBoard {
   int columns = 0, rows = 0;  // squares; an odd number of rows
   int square_px = 0;          // a multiple of 5, so that markers of 0.6 squares are whole
   int left_px = 0, top_px = 0;
-  int first_id = 0;  // of its markers, in the dictionary 5X5_1000
+  int first_id = 0;  // of its markers (marker_dictionary.h)
 
   int marker_px() const { return square_px * 3 / 5; }
   int num_markers() const { return columns * rows / 2; }
@@ -34,5 +34,8 @@ struct PanelSize {
 // and larger squares where the dictionary's 1000 would not suffice. UsageError where a panel is too
 // small for 4 x 3 squares of 20 px, or there are too many panels.
 std::vector<CharucoBoard> LayOutBoards(const std::vector<PanelSize>& panels);
+
+// What the panel shows: white around the board, every square whole pixels.
+Image<Rgb8> DrawBoard(const CharucoBoard& board);
 
 }  // namespace lamella
