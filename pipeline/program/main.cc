@@ -97,6 +97,7 @@ int Main(int argc, char** argv) {
   AddViews(program, invocation);
   AddQuilt(program, invocation);
   AddSynth(program, invocation);
+  AddCalibrate(program, invocation);
   AddDoctor(program, invocation);
   if (argc == 1) {
     fmt::print("{}", program.help());
