@@ -1,0 +1,129 @@
+#include "pipeline/observe_photos.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "calibration/phase.h"
+#include "lightfield/color.h"
+#include "lightfield/error.h"
+#include "lightfield/image_io.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+using Kind = PatternShot::Kind;
+
+// Numbers linear in light.
+Image<float> ReadLight(const fs::path& file) {
+  const Image<Rgb> light = ReadImage(file);
+  Image<float> grey(light.width(), light.height());
+  for (std::size_t i = 0; i < grey.size(); ++i) grey.data()[i] = Luminance(light.data()[i]);
+  return grey;
+}
+
+const CheckedPhoto* Find(const CheckedPhotos& checked, int view, Kind kind,
+                         const std::optional<PanelId>& panel, const Pattern& pattern) {
+  for (const CheckedPhoto& photo : checked.photos) {
+    if (!photo.good || !photo.shot || photo.view != view) continue;
+    const PatternShot& shot = checked.list.shots[*photo.shot];
+    if (shot.kind != kind || shot.again || !(shot.pattern == pattern)) continue;
+    if (!panel || shot.panel == *panel) return &photo;
+  }
+  return nullptr;
+}
+
+// The photographs of a panel's sinusoids, series by series, then white and black; nothing where one
+// is absent.
+std::optional<std::vector<const CheckedPhoto*>> PhasePhotosOf(const CheckedPhotos& checked,
+                                                              int view,
+                                                              const CalibratedPanel& panel,
+                                                              const std::vector<PhaseSeries>& all) {
+  std::vector<const CheckedPhoto*> photos;
+  for (const PhaseSeries& series : all) {
+    for (int step = 0; step < series.steps; ++step) {
+      photos.push_back(
+          Find(checked, view, Kind::kPhase, panel.id, {Pattern::Kind::kPhase, series, step}));
+    }
+  }
+  const PanelId layer{panel.id.layer, PanelId::kEmitter};
+  photos.push_back(Find(checked, view, Kind::kWhite, layer, {}));
+  photos.push_back(panel.id.role == PanelId::kModulator
+                       ? Find(checked, view, Kind::kLeak, layer, {})
+                       : Find(checked, view, Kind::kDark, std::nullopt, {}));
+  if (std::count(photos.begin(), photos.end(), nullptr) > 0) return std::nullopt;
+  return photos;
+}
+
+std::optional<PanelPhoto> ObservePhases(const CheckedPhotos& checked, const fs::path& folder,
+                                        int view, const CalibratedPanel& panel) {
+  const auto all = PhaseSeriesOf(panel.size.width_px, panel.size.height_px);
+  const auto photos = PhasePhotosOf(checked, view, panel, all);
+  if (!photos) return std::nullopt;
+  std::vector<Image<float>> images;
+  for (const CheckedPhoto* photo : *photos) images.push_back(ReadLight(folder / photo->photo));
+  PhaseCapture capture;
+  auto image = images.begin();
+  for (const PhaseSeries& series : all) {
+    PhasePhotos group{series, {}};
+    for (int step = 0; step < series.steps; ++step) group.photos.push_back((image++)->span());
+    capture.series.push_back(std::move(group));
+  }
+  capture.white = (image++)->span();
+  capture.black = image->span();
+  capture.width_px = panel.size.width_px;
+  capture.height_px = panel.size.height_px;
+  return PanelPhoto{
+      panel.id, view, 0, photos->front()->photo,
+      ObserveNodes(DecodePhase(capture), NodesOf(panel.size.width_px, panel.size.height_px))};
+}
+
+void CheckSizes(const CheckedPhotos& checked) {
+  const CheckedPhoto* first = nullptr;
+  for (const CheckedPhoto& photo : checked.photos) {
+    if (!photo.good) continue;
+    if (first == nullptr) first = &photo;
+    if (photo.facts.width == first->facts.width && photo.facts.height == first->facts.height) {
+      continue;
+    }
+    throw InputError(
+        photo.photo,
+        fmt::format("is {} x {} px, {} is {} x {}", photo.facts.width, photo.facts.height,
+                    first->photo, first->facts.width, first->facts.height),
+        "take all with one camera, unturned and uncropped");
+  }
+}
+
+}  // namespace
+
+Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
+                           Progress& progress) {
+  CheckSizes(checked);
+  const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
+  Observations observations = ObservationsOf(checked.list, checked.photos);
+  const auto num_panels = static_cast<std::int64_t>(checked.list.panels.size());
+  progress.Start("sinusoids", checked.num_views * num_panels, "panels");
+  for (int view = 0; view < checked.num_views; ++view) {
+    for (const CalibratedPanel& panel : checked.list.panels) {
+      auto seen = ObservePhases(checked, folder, view, panel);
+      progress.Advance();
+      if (!seen) continue;
+      std::erase_if(observations.photos, [&](const PanelPhoto& board) {
+        return board.view == view && board.panel == panel.id;
+      });
+      observations.photos.push_back(std::move(*seen));
+      if (!observations.cameras.empty()) continue;
+      const PhotoFacts& facts = checked.photos.front().facts;
+      observations.cameras.push_back({"camera", facts.width, facts.height, 0});
+    }
+  }
+  Check(observations, photos.string());
+  return observations;
+}
+
+}  // namespace lamella
