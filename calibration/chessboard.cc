@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-constexpr int kLeastSidePx = 6;
+constexpr int kLeastSidePx = 4;
 constexpr int kMostErosion = 3;
 constexpr double kMostGap = 0.5;  // sides, between corners of two squares that meet there
 constexpr int kMostHalfWindow = 9, kLeastHalfWindow = 3;
@@ -45,7 +45,7 @@ double SideOf(const Quad& quad) {
 }
 
 std::vector<Quad> SquaresOf(const Image<std::uint8_t>& dark) {
-  constexpr double kMostRatio = 3;
+  constexpr double kMostRatio = 10;  // boards may end in half squares
   std::vector<Quad> squares;
   for (const Region& region : ConnectedRegions(dark, kLeastSidePx)) {
     const auto quad = FitQuad(region);
@@ -136,15 +136,50 @@ Grid GrowFrom(std::size_t first, const std::vector<Quad>& squares,
   return grid;
 }
 
-// The grid's corners row by row, if it is of columns x rows corners and has all of them.
-std::optional<std::vector<Vector2d>> InOrder(const Grid& grid, int columns, int rows) {
-  if (static_cast<int>(grid.size()) != columns * rows) return std::nullopt;
+// About where a corner is that was not seen: from two beside it in its row or column, or further
+// along them.
+std::optional<Vector2d> Predicted(const Grid& grid, const Vector2i& at) {
+  Vector2d sum(0, 0);
+  int count = 0;
+  const auto add = [&](const Vector2i& a, double weight_a, const Vector2i& b, double weight_b) {
+    const auto first = grid.find(at + a), second = grid.find(at + b);
+    if (first == grid.end() || second == grid.end()) return;
+    sum += weight_a * first->second + weight_b * second->second;
+    ++count;
+  };
+  for (const Vector2i& step : {Vector2i(1, 0), Vector2i(0, 1)}) add(step, 0.5, -step, 0.5);
+  if (count == 0) {
+    for (const Vector2i& step :
+         {Vector2i(1, 0), Vector2i(-1, 0), Vector2i(0, 1), Vector2i(0, -1)}) {
+      add(step, 2, 2 * step, -1);
+    }
+  }
+  return count > 0 ? std::optional<Vector2d>(sum / count) : std::nullopt;
+}
+
+// A few squares may not have been found; their corners are refined, and so confirmed, like all.
+void FillGaps(Grid& grid, const Vector2i& low, const Vector2i& high) {
+  const Grid seen = grid;
+  for (int y = low.y(); y <= high.y(); ++y) {
+    for (int x = low.x(); x <= high.x(); ++x) {
+      if (seen.contains({x, y})) continue;
+      if (const auto place = Predicted(seen, {x, y})) grid[{x, y}] = *place;
+    }
+  }
+}
+
+// The grid's corners row by row, if it is of columns x rows corners.
+std::optional<std::vector<Vector2d>> InOrder(Grid grid, int columns, int rows) {
+  constexpr double kLeastSeen = 0.9;
+  if (static_cast<double>(grid.size()) < kLeastSeen * columns * rows) return std::nullopt;
   Vector2i low = grid.begin()->first, high = low;
   for (const auto& [at, place] : grid) {
     low = low.cwiseMin(at);
     high = high.cwiseMax(at);
   }
   const Vector2i size = high - low + Vector2i(1, 1);
+  if (size.prod() != columns * rows) return std::nullopt;
+  FillGaps(grid, low, high);
   // Quarter turns of the grid, which keep its handedness.
   for (const bool turned : {false, true}) {
     if (size != (turned ? Vector2i(rows, columns) : Vector2i(columns, rows))) continue;
@@ -163,9 +198,29 @@ std::optional<std::vector<Vector2d>> InOrder(const Grid& grid, int columns, int 
   return std::nullopt;
 }
 
-std::optional<std::vector<Vector2d>> RoughCorners(const Image<std::uint8_t>& dark, int columns,
+Vector2d MiddleOf(const Quad& quad) { return (quad[0] + quad[1] + quad[2] + quad[3]) / 4; }
+
+// Those that are not there yet: large squares come apart late, small ones have vanished by then.
+// What has come apart into two is taken out.
+void AddNew(std::vector<Quad>& squares, const std::vector<Quad>& more) {
+  std::erase_if(squares, [&](const Quad& old) {
+    return std::count_if(more.begin(), more.end(), [&](const Quad& quad) {
+             return (MiddleOf(old) - MiddleOf(quad)).norm() < SideOf(old);
+           }) > 1;
+  });
+  const std::size_t known = squares.size();
+  for (const Quad& quad : more) {
+    const bool is_new =
+        std::all_of(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(known),
+                    [&](const Quad& other) {
+                      return (MiddleOf(other) - MiddleOf(quad)).norm() > SideOf(quad) / 3;
+                    });
+    if (is_new) squares.push_back(quad);
+  }
+}
+
+std::optional<std::vector<Vector2d>> RoughCorners(const std::vector<Quad>& squares, int columns,
                                                   int rows) {
-  const std::vector<Quad> squares = SquaresOf(dark);
   const auto nearest = NearestCorners(squares);
   std::vector<char> used(squares.size(), 0);
   for (std::size_t first = 0; first < squares.size(); ++first) {
@@ -196,9 +251,11 @@ std::optional<std::vector<Saddle>> FindChessboard(ImageSpan<const float> grey, i
   constexpr float kLeastContrast = 0.1F;
   const double noise = EstimateNoise(grey);
   Image<std::uint8_t> dark = DarkPixels(grey, kLeastContrast);
+  std::vector<Quad> squares;
   for (int erosion = 0; erosion <= kMostErosion; ++erosion) {
     if (erosion > 0) dark = Thinned(dark);
-    const auto rough = RoughCorners(dark, columns, rows);
+    AddNew(squares, SquaresOf(dark));
+    const auto rough = RoughCorners(squares, columns, rows);
     if (!rough) continue;
     std::vector<Saddle> corners;
     for (std::size_t i = 0; i < rough->size(); ++i) {

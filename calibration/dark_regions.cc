@@ -157,7 +157,7 @@ struct Line {
 };
 
 std::optional<Line> FitLine(const std::vector<Vector2d>& points) {
-  if (points.size() < 4) return std::nullopt;
+  if (points.size() < 3) return std::nullopt;
   const auto n = static_cast<double>(points.size());
   const Vector2d mean = std::accumulate(points.begin(), points.end(), Vector2d(0, 0)) / n;
   Matrix2d spread = Matrix2d::Zero();
@@ -233,7 +233,7 @@ std::optional<Quad> FitQuad(const Region& region) {
   constexpr double kMostRms = 0.8, kMostRmsOfSide = 0.03, kMostMoved = 0.15;
   const Quad rough = RoughCorners(region.outline);
   for (std::size_t s = 0; s < 4; ++s) {
-    if ((rough[(s + 1) % 4] - rough[s]).norm() < 4) return std::nullopt;
+    if ((rough[(s + 1) % 4] - rough[s]).norm() < 3) return std::nullopt;
   }
   const auto sides = PointsOfSides(region.outline, rough);
   std::array<Line, 4> lines;
