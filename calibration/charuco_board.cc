@@ -11,7 +11,7 @@
 namespace lamella {
 namespace {
 
-constexpr int kSquareStep = 5, kLeastSquare = 20;
+constexpr int kSquareStep = 5, kLeastSquare = 40;
 constexpr int kLeastColumns = 4, kLeastRows = 3;
 // 24 x 13.5 squares on 1920 x 1080 px.
 constexpr double kSquares = 24 * 13.5;
@@ -46,6 +46,11 @@ void DrawMarker(MarkerBits bits, int side_px, ImageSpan<Rgb8> image) {
 }
 
 }  // namespace
+
+bool HasRoomForBoard(const PanelSize& panel) {
+  return panel.width_px >= kLeastColumns * kLeastSquare &&
+         panel.height_px >= kLeastRows * kLeastSquare;
+}
 
 Eigen::Vector2d CharucoBoard::CornerPx(int corner) const {
   const int i = corner % (columns - 1), j = corner / (columns - 1);

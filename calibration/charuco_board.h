@@ -29,10 +29,12 @@ struct CharucoBoard {
 struct PanelSize {
   int width_px = 0, height_px = 0;
 };
+// 4 x 3 squares of 40 px, of whose markers a module has 3 px.
+bool HasRoomForBoard(const PanelSize& panel);
 
 // Boards of about 24 x 13 squares whose markers' identities are distinct over all panels; of fewer
 // and larger squares where the dictionary's 1000 would not suffice. UsageError where a panel is too
-// small for 4 x 3 squares of 20 px, or there are too many panels.
+// small, or there are too many panels.
 std::vector<CharucoBoard> LayOutBoards(const std::vector<PanelSize>& panels);
 
 // What the panel shows: white around the board, every square whole pixels.

@@ -18,8 +18,6 @@ constexpr double kLeastModulation = 15, kLeastContrast = 10;  // sigma
 constexpr double kMostNumber = 0.95;
 constexpr int kErosionPx = 3;
 constexpr double kMostOffPlane = 4;  // sigma
-// What the panel's staircase of pixels adds to the noise of neighbours, panel px.
-constexpr double kStaircasePx = 0.02;
 constexpr std::int64_t kGrainRows = 16;
 
 // A and B e^(i phi) of a pixel.
@@ -202,10 +200,11 @@ Position Unwrap(const std::vector<Steps>& axis, const SensorNoise& noise, int si
   return position;
 }
 
-// Whether a pixel's value is that of its neighbours' plane: their mean, since they lie evenly
-// around it. Neighbours that are not known are passed over with the pixel opposite of them.
-bool LiesInPlane(const Image<float>& values, const Image<float>& sigmas,
-                 const Image<std::uint8_t>& known, int x, int y) {
+// How far a pixel's value is from its neighbours' plane: from their mean, since they lie evenly
+// around it. Neighbours that are not known are passed over with the pixel opposite of them; nothing
+// where too few are left.
+std::optional<double> OffPlane(const Image<float>& values, const Image<std::uint8_t>& known, int x,
+                               int y) {
   double sum = 0;
   int pairs = 0;
   for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
@@ -215,11 +214,40 @@ bool LiesInPlane(const Image<float>& values, const Image<float>& sigmas,
         static_cast<double>(values(x + dx, y + dy)) + static_cast<double>(values(x - dx, y - dy));
     ++pairs;
   }
-  if (pairs < 2) return false;
-  const double off = static_cast<double>(values(x, y)) - sum / (2 * pairs);
-  const auto sigma = static_cast<double>(sigmas(x, y));
-  const double variance = (sigma * sigma + kStaircasePx * kStaircasePx) * (1 + 1.0 / (2 * pairs));
-  return off * off < kMostOffPlane * kMostOffPlane * variance;
+  if (pairs < 2) return std::nullopt;
+  return static_cast<double>(values(x, y)) - sum / (2 * pairs);
+}
+
+// The standard deviation of what is off the planes, by its median: noise, and the panel's staircase
+// of pixels, which a sharp photograph shows.
+double OffPlaneSigma(const Image<float>& values, const Image<std::uint8_t>& known) {
+  constexpr int kStep = 3;
+  std::vector<double> offs;
+  for (int y = 0; y < known.height(); y += kStep) {
+    for (int x = 0; x < known.width(); x += kStep) {
+      if (known(x, y) == 0) continue;
+      if (const auto off = OffPlane(values, known, x, y)) offs.push_back(std::abs(*off));
+    }
+  }
+  if (offs.empty()) return 0;
+  const auto middle = offs.begin() + static_cast<std::ptrdiff_t>(offs.size() / 2);
+  std::nth_element(offs.begin(), middle, offs.end());
+  return *middle / 0.6745;
+}
+
+// Clears what is off its plane, though not within the noise of dimmer pixels.
+void KeepWhatLiesInPlane(const Image<float>& values, const Image<float>& sigmas,
+                         const Image<std::uint8_t>& known, Image<std::uint8_t>& valid) {
+  const double typical = OffPlaneSigma(values, known);
+  for (int y = 0; y < known.height(); ++y) {
+    for (int x = 0; x < known.width(); ++x) {
+      if (known(x, y) == 0) continue;
+      const auto off = OffPlane(values, known, x, y);
+      const double most =
+          kMostOffPlane * std::max(typical, 1.2 * static_cast<double>(sigmas(x, y)));
+      if (!off || std::abs(*off) > most) valid(x, y) = 0;
+    }
+  }
 }
 
 }  // namespace
@@ -259,16 +287,9 @@ ScreenMap DecodePhase(const PhaseCapture& capture, const std::optional<SensorNoi
       }
     }
   });
-  ParallelFor(0, height, kGrainRows, [&](std::int64_t first, std::int64_t last) {
-    for (int y = static_cast<int>(first); y < last; ++y) {
-      for (int x = 0; x < width; ++x) {
-        map.valid(x, y) = known(x, y) != 0 && LiesInPlane(map.u_px, map.sigma_u, known, x, y) &&
-                                  LiesInPlane(map.v_px, map.sigma_v, known, x, y)
-                              ? 1
-                              : 0;
-      }
-    }
-  });
+  map.valid = known.Clone();
+  KeepWhatLiesInPlane(map.u_px, map.sigma_u, known, map.valid);
+  KeepWhatLiesInPlane(map.v_px, map.sigma_v, known, map.valid);
   return map;
 }
 

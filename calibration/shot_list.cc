@@ -9,27 +9,26 @@
 namespace lamella {
 namespace {
 
-std::vector<CalibratedPanel> PanelsOf(const Calibration& calibration) {
+std::vector<CalibratedPanel> PanelsOf(const Calibration& calibration, CalibrationMode mode) {
   std::vector<CalibratedPanel> panels;
-  std::vector<PanelSize> with_board;
+  std::vector<PanelSize> sizes;
+  std::vector<std::size_t> with_board;
   for (std::size_t l = 0; l < calibration.layers.size(); ++l) {
     const LayerCalibration& layer = calibration.layers[l];
     const int index = static_cast<int>(l);
     const auto add = [&](PanelId::Role role, const PanelCalibration& panel) {
       panels.push_back(
           {{index, role}, {panel.width_px, panel.height_px}, panel.mirror_x, std::nullopt});
-      if (!layer.lattice) with_board.push_back(panels.back().size);
+      if (layer.lattice) return;
+      if (mode == CalibrationMode::kPrecise && !HasRoomForBoard(panels.back().size)) return;
+      with_board.push_back(panels.size() - 1);
+      sizes.push_back(panels.back().size);
     };
     if (layer.modulator) add(PanelId::kModulator, *layer.modulator);
     add(PanelId::kEmitter, layer.emitter);
   }
-  const std::vector<CharucoBoard> boards = LayOutBoards(with_board);
-  auto next = boards.begin();
-  for (CalibratedPanel& panel : panels) {
-    if (!calibration.layers[static_cast<std::size_t>(panel.id.layer)].lattice) {
-      panel.board = *next++;
-    }
-  }
+  const std::vector<CharucoBoard> boards = LayOutBoards(sizes);
+  for (std::size_t b = 0; b < boards.size(); ++b) panels[with_board[b]].board = boards[b];
   return panels;
 }
 
@@ -117,7 +116,7 @@ ShotList PlanShots(const Calibration& calibration, CalibrationMode mode) {
   ShotList list{calibration.display,
                 mode,
                 static_cast<int>(calibration.layers.size()),
-                PanelsOf(calibration),
+                PanelsOf(calibration, mode),
                 {}};
   using Kind = PatternShot::Kind;
   list.shots.push_back({"", Kind::kDark, {}, {}, false});

@@ -57,8 +57,8 @@ struct ShotList {
 };
 
 // quick: dark, white and leak of every layer, a board on every panel, the first board again.
-// precise: sinusoids on every panel as well. UsageError where a panel is too small for a board, or
-// there is nothing but lenses, which need sinusoids.
+// precise: sinusoids on every panel as well, and boards where there is room. UsageError where a
+// panel is too small for the board of quick, or there is nothing but lenses, which need sinusoids.
 ShotList PlanShots(const Calibration& calibration, CalibrationMode mode);
 
 // The image of a pattern. The board's is drawn by calibration/detect_board.h.

@@ -45,7 +45,7 @@ TEST(LayOutBoards, FillsTheReferencePanel) {
 }
 
 TEST(LayOutBoards, SuitsOtherPanels) {
-  for (const PanelSize size : {PanelSize{1080, 1920}, {3840, 2160}, {640, 480}, {100, 70}}) {
+  for (const PanelSize size : {PanelSize{1080, 1920}, {3840, 2160}, {640, 480}, {160, 120}}) {
     const CharucoBoard board = LayOutBoards({size})[0];
     EXPECT_EQ(board.rows % 2, 1);
     EXPECT_EQ(board.square_px % 5, 0);
@@ -58,7 +58,7 @@ TEST(LayOutBoards, SuitsOtherPanels) {
   const auto ten = LayOutBoards(std::vector<PanelSize>(10, {1920, 1080}));
   EXPECT_LE(ten[9].first_id + ten[9].num_markers(), 1000);
   EXPECT_EQ(ten[9].first_id, 9 * ten[0].num_markers());
-  EXPECT_THROW(LayOutBoards({{60, 40}}), Error);
+  EXPECT_THROW(LayOutBoards({{150, 120}}), Error);
   EXPECT_THROW(LayOutBoards(std::vector<PanelSize>(400, {200, 100})), Error);
 }
 
@@ -113,6 +113,16 @@ TEST(PlanShots, PutsNoBoardUnderLenses) {
   const ShotList precise = PlanShots(calibration, CalibrationMode::kPrecise);
   EXPECT_EQ(precise.shots.size(), 2U + 32 + 1);
   EXPECT_EQ(precise.shots.back().name, "35_layer0_emitter_u_0016_0_again");
+}
+
+TEST(PlanShots, LeavesOutBoardsThatHaveNoRoom) {
+  Calibration calibration = TwoLayers();
+  calibration.layers.pop_back();
+  calibration.layers[0].emitter.width_px = calibration.layers[0].modulator->width_px = 60;
+  EXPECT_THROW(PlanShots(calibration, CalibrationMode::kQuick), Error);
+  const ShotList list = PlanShots(calibration, CalibrationMode::kPrecise);
+  EXPECT_FALSE(list.panels[0].board);
+  EXPECT_EQ(list.shots.size(), 3U + 2 * 32 + 1);
 }
 
 TEST(DescribeShots, SaysWhatEveryShotIs) {
