@@ -97,7 +97,7 @@ double RmsOf(const fs::path& taken, const PanelPhoto& photo) {
 }
 
 TEST(CalibratePhotos, FindsBoardsWhereThePrototypeShowsThem) {
-  const fs::path folder = Taken(CalibrationMode::kQuick, 1, 128);
+  const fs::path folder = Taken(CalibrationMode::kQuick, 1, 64);
   std::string report;
   const CheckedPhotos checked = CheckPhotos(
       folder / "patterns", folder / "taken/images",
