@@ -225,7 +225,7 @@ std::optional<std::vector<Vector2d>> RoughCorners(const std::vector<Quad>& squar
   std::vector<char> used(squares.size(), 0);
   for (std::size_t first = 0; first < squares.size(); ++first) {
     if (used[first]) continue;
-    const auto corners = InOrder(GrowFrom(first, squares, nearest, used), columns, rows);
+    auto corners = InOrder(GrowFrom(first, squares, nearest, used), columns, rows);
     if (corners) return corners;
   }
   return std::nullopt;

@@ -26,7 +26,9 @@ constexpr double kMostMoved = 0.1;  // squares, of a corner by its refinement; a
 
 struct Square {
   int column = 0, row = 0;
-  friend auto operator<=>(const Square&, const Square&) = default;
+  friend bool operator<(const Square& a, const Square& b) {
+    return std::pair(a.row, a.column) < std::pair(b.row, b.column);
+  }
 };
 
 // Markers stand in the white squares, row by row.
@@ -89,7 +91,7 @@ PlacedMarkers Confirmed(const PlacedMarkers& markers) {
   return confirmed;
 }
 
-// The corner's two white squares, by diagonal: markers of one colour meet there.
+// Those in the corner's two white squares, which lie across from each other.
 std::vector<const Placed*> MarkersBeside(const PlacedMarkers& markers, int i, int j) {
   std::vector<const Placed*> beside;
   for (int dy = 0; dy < 2; ++dy) {
@@ -144,7 +146,7 @@ std::optional<Saddle> CornerNear(ImageSpan<const float> grey,
   const int half_window =
       std::min(kMostHalfWindow, static_cast<int>(std::floor(nearest)) - kMarkerMargin);
   if (half_window < kLeastHalfWindow) return std::nullopt;
-  const auto saddle = RefineSaddle(grey, start, half_window, noise);
+  auto saddle = RefineSaddle(grey, start, half_window, noise);
   if (saddle && (saddle->position_px - start).norm() > std::max(3.0, kMostMoved * square_px)) {
     return std::nullopt;
   }

@@ -67,7 +67,7 @@ ScreenMap DecodeGrayCode(const GrayCodeCapture& capture, double least_contrast) 
   CheckPhotos(capture);
   const int columns = NumCells(capture.width_px, capture.cell_px);
   const int rows = NumCells(capture.height_px, capture.cell_px);
-  const auto first_row = static_cast<std::size_t>(2 * capture.NumColumnBits());
+  const auto first_row = 2 * static_cast<std::size_t>(capture.NumColumnBits());
   const ImageSpan<const float> white = capture.photos[capture.photos.size() - 2];
   const ImageSpan<const float> black = capture.photos.back();
   const int width = white.width, height = white.height;
@@ -99,8 +99,8 @@ ScreenMap DecodeGrayCode(const GrayCodeCapture& capture, double least_contrast) 
 
 Image<Rgb8> DrawGrayCode(const GrayCodeCapture& capture, std::size_t photo) {
   Image<Rgb8> image(capture.width_px, capture.height_px);
-  const auto num_columns = static_cast<std::size_t>(2 * capture.NumColumnBits());
-  const auto num_bits = num_columns + static_cast<std::size_t>(2 * capture.NumRowBits());
+  const auto num_columns = 2 * static_cast<std::size_t>(capture.NumColumnBits());
+  const auto num_bits = num_columns + 2 * static_cast<std::size_t>(capture.NumRowBits());
   for (int v = 0; v < capture.height_px; ++v) {
     for (int u = 0; u < capture.width_px; ++u) {
       bool white = photo == num_bits;

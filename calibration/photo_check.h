@@ -55,7 +55,7 @@ class PhotoCheck {
     bool new_view = false;
   };
   Place PlaceOf(const PhotoFacts& facts) const;
-  bool Shows(const PhotoFacts& facts, std::size_t shot) const;
+  bool Shows(const PhotoFacts& facts, std::size_t index) const;
   const CheckedPhoto* Taken(int view, std::size_t shot) const;
   void Judge(CheckedPhoto& photo) const;
   // How far the median corner of a repeated shot has moved, px.
