@@ -187,6 +187,7 @@ Columns ColumnsOf(const Structure& structure, const FreeGroups& free,
   for (const PhotoCamera& camera : observations.cameras) {
     AddCamera(maker, "camera " + camera.name, free.k3);
   }
+  columns.num_camera = columns.size;
   for (std::size_t i = 0; i < structure.design.layers.size(); ++i) {
     AddLayer(maker, structure, static_cast<int>(i), free);
   }

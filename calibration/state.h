@@ -74,7 +74,8 @@ struct Columns {
   std::vector<int> index, plate;                                   // -1 or column, per layer
   std::vector<std::string> names;                                  // "layer 1 gap", of each column
   std::vector<double> prior_sd;  // what a display builder would assume (section 6), per column
-  int num_display = 0;           // cameras and the display come first, then views
+  int num_camera = 0;            // cameras come first,
+  int num_display = 0;           // then the display, to here; then views
   int first_slip = 0;            // slips are the last columns
 };
 Columns ColumnsOf(const Structure& structure, const FreeGroups& free,
