@@ -169,7 +169,8 @@ double EstimateTau(const Fit& fit) {
 }  // namespace
 
 Minimum Minimise(const CalibrationState& state, const Structure& structure, const Columns& columns,
-                 const Observations& observations, const Weighting& weighting, int max_iterations) {
+                 const Observations& observations, const Weighting& weighting,
+                 const MinimiseOptions& options) {
   Minimum minimum{state, Linearise(state, structure, columns, observations, weighting), 0, false};
   double lambda = options.lambda;
   while (minimum.iterations < options.max_iterations && lambda < 1e12) {
@@ -235,7 +236,7 @@ Fit Refit(const Fit& fit, const Structure& structure, const Observations& observ
   next.free = free;
   next.columns = ColumnsOf(structure, free, observations);
   next.iterations = 0;
-  LeastSquares(structure, observations, next);
+  LeastSquares(structure, observations, 1e-14, next);
   return next;
 }
 
