@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
-#include "calibration/covariance.h"
+#include "calibration/slip.h"
 
 namespace lamella {
 namespace {
@@ -16,8 +16,7 @@ using Residuals = std::vector<Eigen::Matrix2Xd>;
 
 // The median of |r|^2 of a Gaussian of deviation s in the plane is 2 ln 2 s^2.
 constexpr double kMedianOfSquares = 1.3862943611198906;
-constexpr double kTrim = 4;             // deviations; of Gaussian points 3e-4 lie beyond
-constexpr double kSmallestTau = 0.002;  // px
+constexpr double kTrim = 4;  // deviations; of Gaussian points 3e-4 lie beyond
 
 double MedianSquare(std::vector<double> squares) {
   if (squares.empty()) return 0;
@@ -150,22 +149,6 @@ void LeastSquares(const Structure& structure, const Observations& observations,
   Judge(WhitenedResiduals(fit.state, structure, observations), fit);
 }
 
-bool HasPoints(const std::vector<char>& inlier) {
-  return std::find(inlier.begin(), inlier.end(), 1) != inlier.end();
-}
-
-// One round of expectation maximisation: the mean of d^2 and of its variance.
-double EstimateTau(const Fit& fit) {
-  const std::vector<Eigen::Matrix2d> covariances = SlipCovariances(fit);
-  double sum = 0, num = 0;
-  for (std::size_t i = 0; i < covariances.size(); ++i) {
-    if (!HasPoints(fit.weighting.inlier[i])) continue;
-    sum += fit.state.slips_px[i].squaredNorm() + covariances[i].trace();
-    num += 2;
-  }
-  return std::max(kSmallestTau, num > 0 ? std::sqrt(sum / num) : 0);
-}
-
 }  // namespace
 
 Minimum Minimise(const CalibrationState& state, const Structure& structure, const Columns& columns,
@@ -217,14 +200,8 @@ Fit Solve(const CalibrationState& start, const Structure& structure,
     const auto before = fit.weighting.inlier;
     Trim(observations, WhitenedResiduals(fit.state, structure, observations), fit);
     if (fit.weighting.inlier == before) break;
-    LeastSquares(structure, observations, 1e-4, fit);
-    if (free.slip) fit.weighting.slip_sd_px = EstimateTau(fit);
-  }
-  for (int round = 0; free.slip && round < 6; ++round) {
-    const double before = fit.weighting.slip_sd_px;
-    LeastSquares(structure, observations, 1e-4, fit);
-    fit.weighting.slip_sd_px = EstimateTau(fit);
-    if (std::abs(fit.weighting.slip_sd_px - before) < 0.05 * before) break;
+    LeastSquares(structure, observations, 1e-2, fit);
+    if (free.slip) fit.weighting.slip_sd_px = EstimateSlip(fit);
   }
   LeastSquares(structure, observations, 1e-14, fit);
   return fit;

@@ -41,8 +41,8 @@ Minimum Minimise(const CalibrationState& state, const Structure& structure, cons
                  const MinimiseOptions& options = {});
 
 // From any start: Cauchy's loss, narrowing to twice the residuals' robust deviation; whole
-// photographs that disagree and points beyond 4 deviations are dropped; least squares; tau by
-// expectation maximisation.
+// photographs that disagree and points beyond 4 deviations are dropped; least squares; tau
+// from the data (slip.h).
 Fit Solve(const CalibrationState& start, const Structure& structure,
           const Observations& observations, const FreeGroups& free);
 
