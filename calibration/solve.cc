@@ -16,6 +16,7 @@ using Residuals = std::vector<Eigen::Matrix2Xd>;
 
 // The median of |r|^2 of a Gaussian of deviation s in the plane is 2 ln 2 s^2.
 constexpr double kMedianOfSquares = 1.3862943611198906;
+constexpr double kLooseSlipPx = 0.3;
 constexpr double kTrim = 4;  // deviations; of Gaussian points 3e-4 lie beyond
 
 double MedianSquare(std::vector<double> squares) {
@@ -41,8 +42,12 @@ double Deviation(const Residuals& residuals) {
 }
 
 // Solves (H + lambda diag H) step = -g, scaled to a unit diagonal.
-Eigen::VectorXd Step(const NormalEquations& equations, double lambda) {
+Eigen::VectorXd Step(const NormalEquations& equations, const std::vector<char>& fixed,
+                     double lambda) {
   Eigen::VectorXd scale = equations.hessian.diagonal().cwiseSqrt();
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    if (fixed[i]) scale(static_cast<Eigen::Index>(i)) = 0;
+  }
   for (double& s : scale) s = s > 0 ? 1 / s : 0;
   Eigen::MatrixXd scaled = scale.asDiagonal() * equations.hessian * scale.asDiagonal();
   for (Eigen::Index i = 0; i < scale.size(); ++i) {
@@ -62,7 +67,7 @@ CalibrationState Approach(CalibrationState state, const Structure& structure,
     weighting.cauchy = 2 * deviation;
     const bool settled = round > 0 && deviation > 0.9 * last;
     const Minimum minimum = Minimise(state, structure, columns, observations, weighting,
-                                     {settled ? 12 : 2, round == 0 ? 1e-4 : 1e-8, 1e-2});
+                                     {settled ? 12 : 2, round == 0 ? 1e-4 : 1e-8, 1e-2, {}});
     iterations += minimum.iterations;
     state = minimum.state;
     if (settled) break;
@@ -141,7 +146,7 @@ void LeastSquares(const Structure& structure, const Observations& observations,
                   double smallest_gain, Fit& fit) {
   fit.weighting.cauchy = 0;
   Minimum minimum = Minimise(fit.state, structure, fit.columns, observations, fit.weighting,
-                             {100, 1e-8, smallest_gain});
+                             {100, 1e-8, smallest_gain, {}});
   fit.iterations += minimum.iterations;
   fit.converged = minimum.converged;
   fit.state = std::move(minimum.state);
@@ -158,7 +163,7 @@ Minimum Minimise(const CalibrationState& state, const Structure& structure, cons
   double lambda = options.lambda;
   while (minimum.iterations < options.max_iterations && lambda < 1e12) {
     ++minimum.iterations;
-    const Eigen::VectorXd step = Step(minimum.equations, lambda);
+    const Eigen::VectorXd step = Step(minimum.equations, options.fixed, lambda);
     const double decrement = -minimum.equations.gradient.dot(step);
     if (!(decrement > options.smallest_gain)) {
       minimum.converged = std::isfinite(decrement);
@@ -191,20 +196,26 @@ Fit Solve(const CalibrationState& start, const Structure& structure,
       Approach(fit.state, structure, fit.columns, observations, fit.weighting, fit.iterations);
   fit.columns = ColumnsOf(structure, free, observations);
   if (free.slip) {
-    const Minimum minimum =
-        Minimise(fit.state, structure, fit.columns, observations, fit.weighting, {4, 1e-8, 1e-2});
+    // Loosely held, so that a photograph that was shifted is not taken for one that disagrees.
+    fit.weighting.slip_sd_px = kLooseSlipPx;
+    const Minimum minimum = Minimise(fit.state, structure, fit.columns, observations, fit.weighting,
+                                     {6, 1e-8, 1e-2, {}});
     fit.iterations += minimum.iterations;
     fit.state = minimum.state;
   }
+  Settle(structure, observations, fit);
+  return fit;
+}
+
+void Settle(const Structure& structure, const Observations& observations, Fit& fit) {
   for (int round = 0; round < 4; ++round) {
     const auto before = fit.weighting.inlier;
     Trim(observations, WhitenedResiduals(fit.state, structure, observations), fit);
-    if (fit.weighting.inlier == before) break;
+    if (round > 0 && fit.weighting.inlier == before) break;
     LeastSquares(structure, observations, 1e-2, fit);
-    if (free.slip) fit.weighting.slip_sd_px = EstimateSlip(fit);
+    if (fit.free.slip) fit.weighting.slip_sd_px = EstimateSlip(fit);
   }
   LeastSquares(structure, observations, 1e-14, fit);
-  return fit;
 }
 
 Fit Refit(const Fit& fit, const Structure& structure, const Observations& observations,

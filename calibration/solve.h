@@ -29,6 +29,7 @@ struct MinimiseOptions {
   int max_iterations = 100;
   double lambda = 1e-4;  // damping of the first step, relative to the Hessian's diagonal
   double smallest_gain = 1e-14;
+  std::vector<char> fixed;  // per column; empty: none is
 };
 struct Minimum {
   CalibrationState state;
@@ -45,6 +46,9 @@ Minimum Minimise(const CalibrationState& state, const Structure& structure, cons
 // from the data (slip.h).
 Fit Solve(const CalibrationState& start, const Structure& structure,
           const Observations& observations, const FreeGroups& free);
+
+// Drops what disagrees, then least squares with tau from the data, until the points stay the same.
+void Settle(const Structure& structure, const Observations& observations, Fit& fit);
 
 // Least squares with the same points and tau but other groups free, from `fit`.
 Fit Refit(const Fit& fit, const Structure& structure, const Observations& observations,

@@ -141,4 +141,24 @@ Degeneracy DegeneracyOf(const Fit& fit) {
   return {eigen.eigenvalues()(0) / std::max(1.0, fit.variance), eigen.eigenvectors().col(0)};
 }
 
+std::string NameOfDirection(const Degeneracy& degeneracy, const Columns& columns) {
+  // What the display or camera loses, rather than the views that go with it.
+  std::vector<int> order;
+  for (int i = 0; i < columns.num_display; ++i) order.push_back(i);
+  const auto size = [&](int i) { return std::abs(degeneracy.direction(i)); };
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return size(a) > size(b); });
+  if (order.empty()) return "";
+  if (size(order[0]) < 0.1) {  // the views' own
+    Eigen::Index largest = 0;
+    degeneracy.direction.cwiseAbs().maxCoeff(&largest);
+    return columns.names[static_cast<std::size_t>(largest)];
+  }
+  std::string names;
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, order.size()); ++k) {
+    if (size(order[k]) < 0.4 * size(order[0])) break;
+    names += (k > 0 ? ", " : "") + columns.names[static_cast<std::size_t>(order[k])];
+  }
+  return names;
+}
+
 }  // namespace lamella

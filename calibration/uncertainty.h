@@ -2,6 +2,7 @@
 // is stated of. calibration.md sections 1 and 7.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -54,5 +55,7 @@ struct Degeneracy {
   Eigen::VectorXd direction;  // of the weakest, in units of the assumptions
 };
 Degeneracy DegeneracyOf(const Fit& fit);
+// The parameters that make up most of it, by name: "layer 1 gap, camera body focal x".
+std::string NameOfDirection(const Degeneracy& degeneracy, const Columns& columns);
 
 }  // namespace lamella
