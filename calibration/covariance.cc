@@ -32,26 +32,16 @@ Eigen::MatrixXd WithoutSlips(const NormalEquations& equations, const Columns& co
     const Eigen::MatrixXd cross = equations.hessian.block(0, slip, num, 2);
     reduced.noalias() -= cross * own.inverse() * cross.transpose();
   }
+  for (int i = columns.num_display; i < num; ++i) {
+    const double sd = columns.prior_sd[static_cast<std::size_t>(i)];
+    if (!(equations.hessian(i, i) > 0)) reduced(i, i) = 1e6 / (sd * sd);
+  }
   return reduced;
 }
 
 Eigen::MatrixXd CovarianceOf(const Fit& fit) {
   const Eigen::MatrixXd inverse = Inverse(WithoutSlips(fit.equations, fit.columns));
   return std::max(1.0, fit.variance) * inverse;
-}
-
-std::vector<Eigen::Matrix2d> SlipCovariances(const Fit& fit) {
-  std::vector<Eigen::Matrix2d> covariances;
-  const Eigen::MatrixXd others = Inverse(WithoutSlips(fit.equations, fit.columns));
-  const int num = fit.columns.first_slip;
-  for (const int slip : fit.columns.slip) {
-    const Eigen::Matrix2d own = fit.equations.hessian.block<2, 2>(slip, slip).inverse();
-    const Eigen::MatrixXd cross = own * fit.equations.hessian.block(slip, 0, 2, num);
-    Eigen::Matrix2d covariance = own;
-    if (others.size() > 0) covariance += cross * others * cross.transpose();
-    covariances.push_back(covariance);
-  }
-  return covariances;
 }
 
 }  // namespace lamella

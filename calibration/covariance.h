@@ -9,14 +9,12 @@
 
 namespace lamella {
 
-// The Hessian of all parameters but the slips, with the slips eliminated (Schur's complement).
+// The Hessian of all parameters but the slips, with the slips eliminated (Schur's complement). A
+// view of which no point counts is taken as known: it says nothing of anything else.
 Eigen::MatrixXd WithoutSlips(const NormalEquations& equations, const Columns& columns);
 
 // Covariance of all columns but the slips, times max(1, chi^2/dof). Empty where it has no finite
 // value: the parameters' directions are then judged by Degeneracy.
 Eigen::MatrixXd CovarianceOf(const Fit& fit);
-
-// Of every photograph's slip.
-std::vector<Eigen::Matrix2d> SlipCovariances(const Fit& fit);
 
 }  // namespace lamella

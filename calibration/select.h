@@ -25,13 +25,16 @@ struct Selection {
   std::vector<GroupVerdict> verdicts;  // in the order in which they were tried
 };
 
-// From the base model's fit, tries in this order: thickness of a plate (where the design has one),
-// bow, scale, aspect and skew, k3, index. A group is freed where all hold:
+// From starting values (initialise.h): the base model, then tries in this order: thickness of a
+// plate (where the design has one), bow, scale, aspect and skew, k3, index. A group is freed where
+// all hold:
 //   chi^2 falls by more than q ln N for its q parameters (variance of the larger model)
 //   every direction of all parameters stays known (degeneracy >= 100)
-//   views left out (every fourth) are predicted better by 2 standard errors of the mean square
-//   the ray map changes by more than 0.01 px RMS
-Selection SelectGroups(Fit base, const Structure& structure, const Observations& observations,
-                       const EyeBox& box);
+//   views left out (a fourth at a time) are predicted better by 2 standard errors of the mean
+//   square the ray map changes by more than 0.01 px RMS
+// What was refused is tried again when another group was freed, and what is freed is taken back
+// when later groups make it superfluous.
+Selection SelectGroups(const CalibrationState& start, const Structure& structure,
+                       const Observations& observations, const EyeBox& box);
 
 }  // namespace lamella

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kSmallestPx = 0.001, kLargestPx = 3;
+constexpr double kSmallestPx = 0.001, kLargestPx = 0.3;
 
 // The data's share of the normal equations, without any prior on slips; other parameters are scaled
 // to a unit diagonal, which changes the probability by a constant factor only.
@@ -80,8 +80,9 @@ double Improbability(const DataEquations& data, double tau) {
 
 double EstimateSlip(const Fit& fit) {
   const DataEquations data = WithoutPrior(fit);
-  constexpr int kCoarse = 12;
-  const double low = std::log(kSmallestPx), step = (std::log(kLargestPx) - low) / (kCoarse - 1);
+  constexpr int kCoarse = 10;
+  const double low = std::log(kSmallestPx), high = std::log(kLargestPx);
+  const double step = (high - low) / (kCoarse - 1);
   const auto cost = [&](double log_tau) { return Improbability(data, std::exp(log_tau)); };
   double best = low, least = cost(low);
   for (int i = 1; i < kCoarse; ++i) {
@@ -94,7 +95,8 @@ double EstimateSlip(const Fit& fit) {
   // Three times halved around the best, to 6 %.
   for (double width = step / 2; width > 0.06; width /= 2) {
     for (const double at : {best - width, best + width}) {
-      const double value = at >= low ? cost(at) : std::numeric_limits<double>::infinity();
+      const double value =
+          at >= low && at <= high ? cost(at) : std::numeric_limits<double>::infinity();
       if (value < least) {
         least = value;
         best = at;

@@ -7,7 +7,8 @@ namespace lamella {
 
 // The deviation tau (px) of photographs' slips that makes the data of `fit` most probable, all
 // other parameters integrated out in the linearised problem (restricted maximum likelihood;
-// Patterson and Thompson 1971). From 0.001 to 3 px: at the lower end slips are as good as absent.
+// Patterson and Thompson 1971). From 0.001 px, as good as absent, to 0.3 px: what moved
+// more is an error and no noise.
 // Covariances that are stated too small by a common factor are allowed for. `fit` is left as it is.
 double EstimateSlip(const Fit& fit);
 

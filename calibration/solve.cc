@@ -195,19 +195,19 @@ Fit Solve(const CalibrationState& start, const Structure& structure,
   fit.state =
       Approach(fit.state, structure, fit.columns, observations, fit.weighting, fit.iterations);
   fit.columns = ColumnsOf(structure, free, observations);
-  if (free.slip) {
-    // Loosely held, so that a photograph that was shifted is not taken for one that disagrees.
-    fit.weighting.slip_sd_px = kLooseSlipPx;
-    const Minimum minimum = Minimise(fit.state, structure, fit.columns, observations, fit.weighting,
-                                     {6, 1e-8, 1e-2, {}});
-    fit.iterations += minimum.iterations;
-    fit.state = minimum.state;
-  }
   Settle(structure, observations, fit);
   return fit;
 }
 
 void Settle(const Structure& structure, const Observations& observations, Fit& fit) {
+  fit.weighting.inlier.clear();
+  fit.weighting.cauchy = 2 * Deviation(WhitenedResiduals(fit.state, structure, observations));
+  // Loosely held, so that a photograph that was shifted is not taken for one that disagrees.
+  fit.weighting.slip_sd_px = kLooseSlipPx;
+  Minimum minimum =
+      Minimise(fit.state, structure, fit.columns, observations, fit.weighting, {6, 1e-8, 1e-2, {}});
+  fit.iterations += minimum.iterations;
+  fit.state = std::move(minimum.state);
   for (int round = 0; round < 4; ++round) {
     const auto before = fit.weighting.inlier;
     Trim(observations, WhitenedResiduals(fit.state, structure, observations), fit);

@@ -47,7 +47,8 @@ Minimum Minimise(const CalibrationState& state, const Structure& structure, cons
 Fit Solve(const CalibrationState& start, const Structure& structure,
           const Observations& observations, const FreeGroups& free);
 
-// Drops what disagrees, then least squares with tau from the data, until the points stay the same.
+// From near the solution, with all points: drops what disagrees, then least squares with tau from
+// the data, until the points stay the same.
 void Settle(const Structure& structure, const Observations& observations, Fit& fit);
 
 // Least squares with the same points and tau but other groups free, from `fit`.
