@@ -1,0 +1,70 @@
+// From the photographs' points to a display's calibration. Read this first:
+//
+//   observations.h   the input: points of panels and where photographs show them
+//   model.h          the model of one photograph: a panel's pixel to the photograph's
+//   state.h          all that is unknown, and which of it is free
+//   residuals.h      residuals of all photographs and their normal equations
+//   initialise.h     starting values, from one homography per panel and photograph
+//   solve.h          the joint robust solution; slip.h: photographs of one position that moved
+//   select.h         which groups of parameters the photographs ask for and carry
+//   uncertainty.h    how well rays are known, and what the photographs leave open
+//
+// calibration.md has the measurements behind each choice.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibration/observations.h"
+#include "calibration/select.h"
+#include "calibration/uncertainty.h"
+#include "lightfield/calibration.h"
+#include "lightfield/camera.h"
+#include "lightfield/rigid.h"
+
+namespace lamella {
+
+struct CalibrateOptions {
+  EyeBox eye_box;
+  double largest_ray_rms_px = 0.03;  // of the ray map's standard deviation
+  double largest_ray_max_px = 0.10;  // likewise, the worst ray
+};
+
+// How well the points of some photographs fit.
+struct FitOf {
+  std::string name;  // "layer 0 emitter", "view 3"
+  int num_points = 0, num_used = 0;
+  double rms_px = 0;  // of the used points' distance
+  double chi2 = 0;    // per degree of freedom, points' own
+};
+
+// What the photographs do not settle, and which photograph would.
+struct Weakness {
+  std::string lost, cure;
+};
+
+struct CalibrationReport {
+  Calibration calibration;  // in the display's frame, the reference stack as designed
+  PanelId reference;
+  std::vector<Camera> cameras;
+  std::vector<int> views;
+  std::vector<Rigid> camera_from_display;  // of each view
+  std::vector<FitOf> panels, views_fit;
+  double slip_px = 0;  // tau
+  double chi2 = 0;     // per degree of freedom, of all
+  RayUncertainty rays;
+  Degeneracy degeneracy;
+  std::vector<GroupVerdict> groups;
+  std::vector<std::string> rejected;  // photographs left out, and why
+  // Where `failures` is not empty the calibration is not to be used (exit code 4).
+  std::vector<Weakness> failures, warnings;
+  bool accepted() const { return failures.empty(); }
+};
+
+// `design` is the display as built on paper (DesignCalibration): sizes, pitches, gaps, indices,
+// mirrors and plates, and starting values of nothing else. The world's length is the reference
+// panel's pitch. InputError or UsageError where there is no starting point (initialise.h).
+CalibrationReport Calibrate(const Observations& observations, const Calibration& design,
+                            const CalibrateOptions& options = {});
+
+}  // namespace lamella
