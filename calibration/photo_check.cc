@@ -17,7 +17,8 @@ using Kind = PatternShot::Kind;
 constexpr double kLeastSquarePx = 48, kLeastShareOfCorners = 0.6, kMostBlurPx = 2;
 constexpr double kMostMotionPx = 0.05;
 constexpr double kMostSaturated = 0.002, kFullScale = 0.995;
-constexpr double kDark = 0.12;  // brighter is no dark photograph; 1.3 % of the light in sRGB
+constexpr double kDark = 0.12;      // brighter is no dark photograph; 1.3 % of the light in sRGB
+constexpr double kMostLeak = 0.35;  // through a closed modulator; a tenth of the light
 constexpr double kLeastStep = 0.16;
 
 const CalibratedPanel& PanelOf(const ShotList& list, const PanelId& id) {
@@ -48,11 +49,11 @@ Advice JudgeExposure(const PhotoFacts& facts) {
 }
 
 Advice JudgeDark(const PhotoFacts& facts, Kind kind) {
-  if (facts.bright < kDark) return {true, "dark"};
-  return {false, kind == Kind::kLeak
-                     ? "light comes through the closed modulator, or another image is shown"
-                     : fmt::format("up to {:.0f} % of full scale: darken the room, and show black",
-                                   100 * facts.bright)};
+  const double most = kind == Kind::kLeak ? kMostLeak : kDark;
+  const std::string level = fmt::format("up to {:.0f} % of full scale", 100 * facts.bright);
+  if (facts.bright < most) return {true, level};
+  return {false, level + (kind == Kind::kLeak ? ": close the modulator (black), its emitter white"
+                                              : ": darken the room, and show black everywhere")};
 }
 
 Advice JudgeBoard(const BoardSighting& seen, const CalibratedPanel& panel) {
@@ -153,7 +154,9 @@ PhotoFacts ExaminePhoto(ImageSpan<const float> grey, const ShotList& list) {
 bool PhotoCheck::Shows(const PhotoFacts& facts, std::size_t index) const {
   const PatternShot& shot = list_.shots[index];
   if (shot.kind == Kind::kBoard) return facts.panel == shot.panel;
-  return !facts.panel && IsDark(shot) == (facts.bright < kDark);
+  if (facts.panel) return false;
+  if (shot.kind == Kind::kLeak) return facts.bright < kMostLeak;
+  return IsDark(shot) == (facts.bright < kDark);
 }
 
 PhotoCheck::Place PhotoCheck::PlaceOf(const PhotoFacts& facts) const {

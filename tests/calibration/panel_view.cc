@@ -58,10 +58,11 @@ void BlurAlong(Image<float>& image, double sigma, bool along_x) {
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       double value = 0;
+      auto weight = weights.begin();
       for (int k = -reach; k <= reach; ++k) {
         const int sx = std::clamp(along_x ? x + k : x, 0, image.width() - 1);
         const int sy = std::clamp(along_x ? y : y + k, 0, image.height() - 1);
-        value += weights[static_cast<std::size_t>(k + reach)] * static_cast<double>(source(sx, sy));
+        value += *weight++ * static_cast<double>(source(sx, sy));
       }
       image(x, y) = static_cast<float>(value / sum);
     }

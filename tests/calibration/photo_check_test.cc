@@ -105,6 +105,19 @@ TEST(PhotoCheck, TakesARetakeInItsPlace) {
   EXPECT_THAT(check.Missing(), IsEmpty());
 }
 
+TEST(PhotoCheck, BearsAModulatorThatLeaks) {
+  const ShotList list = List();
+  PhotoCheck check(list);
+  check.Add("photo", Good(list, 0));
+  check.Add("photo", Good(list, 1));
+  PhotoFacts leak = Good(list, 2);
+  leak.bright = 0.2;  // a contrast of 30:1
+  const CheckedPhoto& photo = check.Add("photo", leak);
+  EXPECT_EQ(photo.shot, 2U);
+  EXPECT_TRUE(photo.good);
+  EXPECT_EQ(photo.verdict, "good: up to 20 % of full scale");
+}
+
 TEST(PhotoCheck, BeginsANewPositionWithADarkPhotograph) {
   const ShotList list = List();
   PhotoCheck check(list);
