@@ -182,14 +182,28 @@ PlacedMarkers PlaceAll(const std::vector<FoundMarker>& found, const CharucoBoard
   return placed;
 }
 
+// The 99th percentile.
+double BrightLevel(ImageSpan<const float> grey) {
+  constexpr int kStep = 3;
+  std::vector<float> values;
+  for (int y = 0; y < grey.height; y += kStep) {
+    for (int x = 0; x < grey.width; x += kStep) values.push_back(grey(x, y));
+  }
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return static_cast<double>(*at);
+}
+
 }  // namespace
 
 std::optional<BoardSighting> DetectBoard(ImageSpan<const float> grey,
                                          const std::vector<CharucoBoard>& boards) {
-  constexpr double kLeastContrast = 0.06, kLeastContrastOfNoise = 10;
+  constexpr double kLeastContrastOfBright = 0.06, kLeastContrastOfNoise = 10;
   const double noise = EstimateNoise(grey);
-  const std::vector<FoundMarker> found = FindMarkers(
-      grey, static_cast<float>(std::max(kLeastContrast, kLeastContrastOfNoise * noise)));
+  const std::vector<FoundMarker> found =
+      FindMarkers(grey, static_cast<float>(std::max(kLeastContrastOfBright * BrightLevel(grey),
+                                                    kLeastContrastOfNoise * noise)));
   const Groups groups = GroupMarkers(found, boards);
   const auto most = std::max_element(
       groups.begin(), groups.end(),

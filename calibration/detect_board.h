@@ -24,7 +24,7 @@ struct BoardSighting {
 // The one board of which, in one handedness, ten times as many markers are seen as of any other;
 // nothing where there is none. Corners come from the homographies of the markers beside them and
 // are refined as saddles within min(9, distance to the nearest marker corner - 2) px. `grey` holds
-// numbers from 0 to 1 of any response.
+// numbers of any response; of linear light the smallest markers are read.
 std::optional<BoardSighting> DetectBoard(ImageSpan<const float> grey,
                                          const std::vector<CharucoBoard>& boards);
 

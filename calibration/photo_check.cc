@@ -7,6 +7,8 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "lightfield/color.h"
+
 namespace lamella {
 namespace {
 
@@ -16,7 +18,8 @@ using Kind = PatternShot::Kind;
 // calibration.md sections 3, 4 and 7.
 constexpr double kLeastSquarePx = 48, kLeastShareOfCorners = 0.6, kMostBlurPx = 2;
 constexpr double kMostMotionPx = 0.05;
-constexpr double kMostSaturated = 0.002, kFullScale = 0.995;
+constexpr double kMostSaturated = 0.002;
+constexpr float kFullScale = 0.995F;
 constexpr double kDark = 0.12;      // brighter is no dark photograph; 1.3 % of the light in sRGB
 constexpr double kMostLeak = 0.35;  // through a closed modulator; a tenth of the light
 constexpr double kLeastStep = 0.16;
@@ -120,25 +123,26 @@ double MedianMotion(const std::vector<Observation>& before, const std::vector<Ob
 
 }  // namespace
 
-PhotoFacts ExaminePhoto(ImageSpan<const float> grey, const ShotList& list) {
-  PhotoFacts facts{grey.width, grey.height, 0, 0, 0, std::nullopt, std::nullopt};
+PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list) {
+  PhotoFacts facts{light.width, light.height, 0, 0, 0, std::nullopt, std::nullopt};
   std::vector<float> values;
-  values.reserve(static_cast<std::size_t>(grey.width) * static_cast<std::size_t>(grey.height));
-  for (int y = 0; y < grey.height; ++y) {
-    values.insert(values.end(), grey.row(y), grey.row(y) + grey.width);
+  values.reserve(static_cast<std::size_t>(light.width) * static_cast<std::size_t>(light.height));
+  for (int y = 0; y < light.height; ++y) {
+    values.insert(values.end(), light.row(y), light.row(y) + light.width);
   }
   const auto percentile = [&](double share) {
     const auto at = values.begin() +
                     static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), at, values.end());
-    return static_cast<double>(*at);
+    return static_cast<double>(LinearToSrgb(*at));
   };
   facts.dark = percentile(0.01);
   facts.bright = percentile(0.99);
-  facts.saturated = static_cast<double>(std::count_if(
-                        values.begin(), values.end(),
-                        [](float value) { return static_cast<double>(value) >= kFullScale; })) /
-                    static_cast<double>(values.size());
+  const float full_scale = SrgbToLinear(kFullScale);
+  facts.saturated =
+      static_cast<double>(std::count_if(values.begin(), values.end(),
+                                        [=](float value) { return value >= full_scale; })) /
+      static_cast<double>(values.size());
   std::vector<CharucoBoard> boards;
   std::vector<PanelId> panels;
   for (const CalibratedPanel& panel : list.panels) {
@@ -146,7 +150,7 @@ PhotoFacts ExaminePhoto(ImageSpan<const float> grey, const ShotList& list) {
     boards.push_back(*panel.board);
     panels.push_back(panel.id);
   }
-  facts.sighting = DetectBoard(grey, boards);
+  facts.sighting = DetectBoard(light, boards);
   if (facts.sighting) facts.panel = panels[facts.sighting->board];
   return facts;
 }

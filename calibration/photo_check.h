@@ -13,7 +13,7 @@
 
 namespace lamella {
 
-// What a photograph shows, whatever it is of. Numbers are those of the file, 0 to 1.
+// What a photograph shows, whatever it is of. Levels are sRGB's of its light, 0 to 1.
 struct PhotoFacts {
   int width = 0, height = 0;
   double dark = 0, bright = 0;   // 1st and 99th percentile
@@ -21,7 +21,8 @@ struct PhotoFacts {
   std::optional<PanelId> panel;  // whose board is seen
   std::optional<BoardSighting> sighting;
 };
-PhotoFacts ExaminePhoto(ImageSpan<const float> grey, const ShotList& list);
+// `light` is linear, 1 full scale.
+PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list);
 
 struct CheckedPhoto {
   std::string photo;

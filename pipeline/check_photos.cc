@@ -8,13 +8,13 @@
 namespace lamella {
 namespace fs = std::filesystem;
 
-Image<float> ReadGrey(const fs::path& file) {
+Image<float> ReadLuminance(const fs::path& file) {
   const Image<Rgb> light = ReadImage(file);
-  Image<float> grey(light.width(), light.height());
-  for (std::size_t i = 0; i < grey.size(); ++i) {
-    grey.data()[i] = LinearToSrgb(Luminance(light.data()[i]));
+  Image<float> luminance(light.width(), light.height());
+  for (std::size_t i = 0; i < luminance.size(); ++i) {
+    luminance.data()[i] = Luminance(light.data()[i]);
   }
-  return grey;
+  return luminance;
 }
 
 CheckedPhotos CheckPhotos(
@@ -27,8 +27,8 @@ CheckedPhotos CheckPhotos(
   const std::vector<NamedFile> files = ImagesOf(photos);
   progress.Start("photographs", static_cast<std::int64_t>(files.size()), "photographs");
   for (const NamedFile& file : files) {
-    const CheckedPhoto& photo = check.Add(file.path.filename().string(),
-                                          ExaminePhoto(ReadGrey(file.path).span(), checked.list));
+    const CheckedPhoto& photo = check.Add(
+        file.path.filename().string(), ExaminePhoto(ReadLuminance(file.path).span(), checked.list));
     report(photo, photo.shot ? checked.list.shots[*photo.shot].name : "");
     progress.Advance();
   }

@@ -11,9 +11,9 @@
 
 namespace lamella {
 
-// The numbers of a photograph as one channel, 0 to 1, for finding patterns: the luminance with an
-// sRGB response.
-Image<float> ReadGrey(const std::filesystem::path& file);
+// A photograph's luminance, linear in light: blur then leaves a marker's black border as wide as it
+// is, where in sRGB's numbers white grows into it.
+Image<float> ReadLuminance(const std::filesystem::path& file);
 
 struct CheckedPhotos {
   ShotList list;

@@ -9,23 +9,13 @@
 #include <fmt/format.h>
 
 #include "calibration/phase.h"
-#include "lightfield/color.h"
 #include "lightfield/error.h"
-#include "lightfield/image_io.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
 using Kind = PatternShot::Kind;
-
-// Numbers linear in light.
-Image<float> ReadLight(const fs::path& file) {
-  const Image<Rgb> light = ReadImage(file);
-  Image<float> grey(light.width(), light.height());
-  for (std::size_t i = 0; i < grey.size(); ++i) grey.data()[i] = Luminance(light.data()[i]);
-  return grey;
-}
 
 const CheckedPhoto* Find(const CheckedPhotos& checked, int view, Kind kind,
                          const std::optional<PanelId>& panel, const Pattern& pattern) {
@@ -66,7 +56,7 @@ std::optional<PanelPhoto> ObservePhases(const CheckedPhotos& checked, const fs::
   const auto photos = PhasePhotosOf(checked, view, panel, all);
   if (!photos) return std::nullopt;
   std::vector<Image<float>> images;
-  for (const CheckedPhoto* photo : *photos) images.push_back(ReadLight(folder / photo->photo));
+  for (const CheckedPhoto* photo : *photos) images.push_back(ReadLuminance(folder / photo->photo));
   PhaseCapture capture;
   auto image = images.begin();
   for (const PhaseSeries& series : all) {
