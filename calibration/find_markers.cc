@@ -1,6 +1,7 @@
 #include "calibration/find_markers.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -18,6 +19,8 @@ using Eigen::Vector2d;
 constexpr int kLeastSidePx = 10;
 constexpr int kBorderModules = 4 * (kMarkerSideModules - 1);
 constexpr int kMostLightBorder = 2;
+// Undoes part of a blur that is wide for the modules: from a module the mean of its neighbours.
+constexpr double kSharpening = 1;
 
 std::optional<double> Bilinear(ImageSpan<const float> image, const Vector2d& at) {
   const double x = at.x() - 0.5, y = at.y() - 0.5;
@@ -37,7 +40,7 @@ class Modules {
 
   // The mean about a module's middle.
   std::optional<double> At(double x, double y) const {
-    constexpr double kOff = 0.2;
+    constexpr double kOff = 0.1;
     double sum = 0;
     for (const Vector2d& off : {Vector2d(0, 0), Vector2d(kOff, kOff), Vector2d(-kOff, kOff),
                                 Vector2d(kOff, -kOff), Vector2d(-kOff, -kOff)}) {
@@ -86,12 +89,20 @@ std::optional<FoundMarker> Decode(ImageSpan<const float> grey, const Quad& quad,
   const Modules modules(grey, quad);
   const auto threshold = Threshold(modules, least_contrast);
   if (!threshold) return std::nullopt;
+  std::array<std::array<double, kMarkerSideModules>, kMarkerSideModules> levels{};
+  for (int j = 0; j < kMarkerSideModules; ++j) {
+    for (int i = 0; i < kMarkerSideModules; ++i) {
+      levels[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] =
+          modules.At(i + 0.5, j + 0.5).value_or(0);
+    }
+  }
   MarkerBits read = 0;
-  for (int j = 0; j < kMarkerModules; ++j) {
-    for (int i = 0; i < kMarkerModules; ++i) {
-      const auto value = modules.At(i + 1.5, j + 1.5);
-      if (value && *value > *threshold) {
-        read |= MarkerBits{1} << static_cast<unsigned>(i + kMarkerModules * j);
+  for (std::size_t j = 1; j <= kMarkerModules; ++j) {
+    for (std::size_t i = 1; i <= kMarkerModules; ++i) {
+      const double around =
+          (levels[j][i - 1] + levels[j][i + 1] + levels[j - 1][i] + levels[j + 1][i]) / 4;
+      if (levels[j][i] + kSharpening * (levels[j][i] - around) > *threshold) {
+        read |= MarkerBits{1} << (i - 1 + kMarkerModules * (j - 1));
       }
     }
   }
