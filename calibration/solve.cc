@@ -146,7 +146,7 @@ void LeastSquares(const Structure& structure, const Observations& observations,
                   double smallest_gain, Fit& fit) {
   fit.weighting.cauchy = 0;
   Minimum minimum = Minimise(fit.state, structure, fit.columns, observations, fit.weighting,
-                             {100, 1e-8, smallest_gain, {}});
+                             {40, 1e-8, smallest_gain, {}});
   fit.iterations += minimum.iterations;
   fit.converged = minimum.converged;
   fit.state = std::move(minimum.state);
