@@ -291,8 +291,11 @@ void ExpectFreed(const char* name, const SceneOptions& options, double index_err
   for (const auto& [group, count] : Freed(options, index_error, trials)) {
     counts += fmt::format(" {} {}", group, count);
     const bool want = std::find(wanted.begin(), wanted.end(), group) != wanted.end();
-    if (want) EXPECT_GE(count, 0.95 * trials) << name << ": " << group;
-    if (!want) EXPECT_LE(count, 0.05 * trials) << name << ": " << group;
+    if (want) {
+      EXPECT_GE(count, 0.95 * trials) << name << ": " << group;
+    } else {
+      EXPECT_LE(count, 0.05 * trials) << name << ": " << group;
+    }
   }
   fmt::print("freed of {}, {}:{}\n", trials, name, counts);
 }
