@@ -210,7 +210,11 @@ INSTANTIATE_TEST_SUITE_P(
                       },
                       kSamePhotos, "rays to the left are extrapolated", false},
         DegenerateSet{
-            "LeftThird", kSameOptions,
+            "LeftThird",
+            [](SceneOptions& o) {
+              o.columns = 15;
+              o.rows = 9;
+            },
             [](Observations& o) { KeepPoints(o, [](auto& p) { return p.panel_px.x() < 640; }); },
             "layer 0 emitter was seen in", false},
         DegenerateSet{"CentreNinth",
