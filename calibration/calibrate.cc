@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
@@ -17,6 +18,22 @@ namespace {
 
 constexpr const char* kWhere = "calibration";
 constexpr double kLargestOutlierShare = 0.35;
+
+// In one order whatever the input's, so that the same photographs give the same bytes.
+Observations Sorted(Observations observations) {
+  for (PanelPhoto& photo : observations.photos) {
+    std::sort(photo.points.begin(), photo.points.end(),
+              [](const Observation& a, const Observation& b) {
+                return std::tuple(a.panel_px.y(), a.panel_px.x(), a.image_px.y(), a.image_px.x()) <
+                       std::tuple(b.panel_px.y(), b.panel_px.x(), b.image_px.y(), b.image_px.x());
+              });
+  }
+  std::sort(observations.photos.begin(), observations.photos.end(),
+            [](const PanelPhoto& a, const PanelPhoto& b) {
+              return std::tie(a.view, a.panel, a.photo) < std::tie(b.view, b.panel, b.photo);
+            });
+  return observations;
+}
 
 // Sums of the photographs that one FitOf is of.
 struct Sums {
@@ -137,10 +154,11 @@ void CheckRays(const Fit& fit, const Structure& structure, const CalibrateOption
 
 }  // namespace
 
-CalibrationReport Calibrate(const Observations& observations, const Calibration& design,
+CalibrationReport Calibrate(const Observations& unsorted, const Calibration& design,
                             const CalibrateOptions& options) {
-  Check(observations, kWhere);
+  Check(unsorted, kWhere);
   Check(design, kWhere);
+  const Observations observations = Sorted(unsorted);
   const Structure structure = StructureOf(observations, design);
   const CalibrationState start = Initialise(observations, structure);
   Selection selection = SelectGroups(start, structure, observations, options.eye_box);
@@ -155,7 +173,7 @@ CalibrationReport Calibrate(const Observations& observations, const Calibration&
   CheckAllSeen(structure, report);
   CheckOutliers(report);
   CheckRays(fit, structure, options, report);
-  if (!fit.converged) {
+  if (!fit.converged && report.accepted()) {
     report.failures.push_back({"the solution did not settle", "look at the photographs left out"});
   }
   report.warnings = ThinCoverage(fit, structure, observations, options.eye_box);

@@ -278,11 +278,7 @@ CalibrationState Initialise(const Observations& observations, const Structure& s
   for (std::size_t i = 0; i < structure.views.size(); ++i) {
     const auto pose =
         PoseOfView(observations, structure, guesses, world_from_panel, focals, static_cast<int>(i));
-    if (!pose) {
-      throw InputError(kWhere, fmt::format("no panel of view {} can be placed", structure.views[i]),
-                       "leave its photographs out or take them again");
-    }
-    state.camera_from_world[i] = *pose;
+    if (pose) state.camera_from_world[i] = *pose;
   }
   return state;
 }

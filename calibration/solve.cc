@@ -57,6 +57,19 @@ Eigen::VectorXd Step(const NormalEquations& equations, const std::vector<char>& 
   return scale.asDiagonal() * scaled.ldlt().solve(right);
 }
 
+// At most about `most` points of each photograph, evenly chosen: enough to find the way.
+Observations Thinned(const Observations& observations, std::size_t most) {
+  Observations thinned = observations;
+  for (std::size_t i = 0; i < thinned.photos.size(); ++i) {
+    const std::vector<Observation>& all = observations.photos[i].points;
+    const std::size_t step = std::max<std::size_t>(1, (all.size() + most - 1) / most);
+    std::vector<Observation>& some = thinned.photos[i].points;
+    some.clear();
+    for (std::size_t k = 0; k < all.size(); k += step) some.push_back(all[k]);
+  }
+  return thinned;
+}
+
 // Cauchy's loss from far away: its width follows the residuals down.
 CalibrationState Approach(CalibrationState state, const Structure& structure,
                           const Columns& columns, const Observations& observations,
@@ -146,7 +159,7 @@ void LeastSquares(const Structure& structure, const Observations& observations,
                   double smallest_gain, Fit& fit) {
   fit.weighting.cauchy = 0;
   Minimum minimum = Minimise(fit.state, structure, fit.columns, observations, fit.weighting,
-                             {100, 1e-8, smallest_gain, {}});
+                             {40, 1e-8, smallest_gain, {}});
   fit.iterations += minimum.iterations;
   fit.converged = minimum.converged;
   fit.state = std::move(minimum.state);
@@ -192,8 +205,8 @@ Fit Solve(const CalibrationState& start, const Structure& structure,
   FreeGroups without_slip = free;
   without_slip.slip = false;
   fit.columns = ColumnsOf(structure, without_slip, observations);
-  fit.state =
-      Approach(fit.state, structure, fit.columns, observations, fit.weighting, fit.iterations);
+  fit.state = Approach(fit.state, structure, fit.columns, Thinned(observations, 64), fit.weighting,
+                       fit.iterations);
   fit.columns = ColumnsOf(structure, free, observations);
   Settle(structure, observations, fit);
   return fit;

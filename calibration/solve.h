@@ -26,8 +26,8 @@ struct Fit {
 // Levenberg-Marquardt from `state` until a step would lower chi^2 by less than smallest_gain (the
 // square of the step in standard deviations).
 struct MinimiseOptions {
-  int max_iterations = 100;
-  double lambda = 1e-4;  // damping of the first step, relative to the Hessian's diagonal
+  int max_iterations = 40;  // what is determined takes 20 at most
+  double lambda = 1e-4;     // damping of the first step, relative to the Hessian's diagonal
   double smallest_gain = 1e-14;
   std::vector<char> fixed;  // per column; empty: none is
 };
