@@ -116,9 +116,8 @@ void CheckPhotos(const PhaseCapture& capture) {
   }
 }
 
-// The median over pixels that are lit; of a chi^2 with few degrees of freedom it lies below the
-// mean, so that the mean of the lower and upper quartiles' neighbourhood is no better: the trimmed
-// mean is divided by what it would be of normal noise.
+// From the median over the pixels that are lit, which pixels at edges and of the staircase do not
+// raise.
 double EstimateVariance(const Steps& fine, const PhaseCapture& capture) {
   constexpr int kStep = 3;
   std::vector<double> variances;
