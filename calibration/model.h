@@ -1,15 +1,15 @@
 // The model of a photograph of a panel: from a panel's pixel to the photograph's, as one formula
-// for values (T = double) and for derivatives (T = Dual<N>). calibration.md section 1; lengths in
-// mm. lightfield/panel_rays.h goes the other way, along a line of sight to the panel's pixel.
+// for values (T = double) and for derivatives (T = ceres::Jet). calibration.md section 1; lengths
+// in mm. lightfield/panel_rays.h goes the other way, along a line of sight to the panel's pixel.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include <Eigen/Core>
 
-#include "calibration/dual.h"
 #include "lightfield/calibration.h"
 
 namespace lamella::model {
@@ -20,6 +20,16 @@ template <class T>
 using Vec3 = Eigen::Matrix<T, 3, 1>;
 template <class T>
 using Mat3 = Eigen::Matrix<T, 3, 3>;
+
+// A number without its derivatives.
+template <class T>
+double ValueOf(const T& x) {
+  if constexpr (std::is_floating_point_v<T>) {
+    return x;
+  } else {
+    return x.a;
+  }
+}
 
 // fx, fy, cx, cy in px, then Brown's k1, k2, p1, p2, k3 (as CameraModel::kBrown).
 constexpr int kCameraSize = 9;

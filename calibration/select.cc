@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "calibration/minimise.h"
+
 namespace lamella {
 namespace {
 
@@ -44,15 +46,11 @@ std::vector<double> HeldOutSquares(const Fit& fit, const Structure& structure,
   const auto held_out = [fold](int view) { return view % kFolds == fold; };
   const Weighting others = OfViews(fit, structure, [&](int view) { return !held_out(view); });
   const Weighting left_out = OfViews(fit, structure, held_out);
-  const Minimum known =
-      Minimise(fit.state, structure, fit.columns, observations, others, {20, 1e-8, 1e-4, {}});
-  MinimiseOptions poses_only{20, 1e-8, 1e-4, {}};
-  poses_only.fixed.assign(static_cast<std::size_t>(fit.columns.size), 0);
-  for (int i = 0; i < fit.columns.num_display; ++i) {
-    poses_only.fixed[static_cast<std::size_t>(i)] = 1;
-  }
+  MinimiseOptions nearby{20, 1e-8, 1e-4};
+  const Minimum known = Minimise(fit.state, structure, fit.columns, observations, others, nearby);
+  nearby.hold_display = true;
   const Minimum posed =
-      Minimise(known.state, structure, fit.columns, observations, left_out, poses_only);
+      Minimise(known.state, structure, fit.columns, observations, left_out, nearby);
   std::vector<double> squares;
   const auto residuals = WhitenedResiduals(posed.state, structure, observations);
   for (std::size_t i = 0; i < residuals.size(); ++i) {

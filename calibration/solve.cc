@@ -4,9 +4,9 @@
 #include <cmath>
 #include <map>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "calibration/minimise.h"
 #include "calibration/slip.h"
 
 namespace lamella {
@@ -41,22 +41,6 @@ double Deviation(const Residuals& residuals) {
   return std::max(std::sqrt(MedianSquare(all) / kMedianOfSquares), 1e-6);
 }
 
-// Solves (H + lambda diag H) step = -g, scaled to a unit diagonal.
-Eigen::VectorXd Step(const NormalEquations& equations, const std::vector<char>& fixed,
-                     double lambda) {
-  Eigen::VectorXd scale = equations.hessian.diagonal().cwiseSqrt();
-  for (std::size_t i = 0; i < fixed.size(); ++i) {
-    if (fixed[i]) scale(static_cast<Eigen::Index>(i)) = 0;
-  }
-  for (double& s : scale) s = s > 0 ? 1 / s : 0;
-  Eigen::MatrixXd scaled = scale.asDiagonal() * equations.hessian * scale.asDiagonal();
-  for (Eigen::Index i = 0; i < scale.size(); ++i) {
-    scaled(i, i) = scale(i) > 0 ? 1 + lambda : 1;  // without data a parameter stays
-  }
-  const Eigen::VectorXd right = -(scale.asDiagonal() * equations.gradient);
-  return scale.asDiagonal() * scaled.ldlt().solve(right);
-}
-
 // At most about `most` points of each photograph, evenly chosen: enough to find the way.
 Observations Thinned(const Observations& observations, std::size_t most) {
   Observations thinned = observations;
@@ -80,7 +64,7 @@ CalibrationState Approach(CalibrationState state, const Structure& structure,
     weighting.cauchy = 2 * deviation;
     const bool settled = round > 0 && deviation > 0.9 * last;
     const Minimum minimum = Minimise(state, structure, columns, observations, weighting,
-                                     {settled ? 12 : 2, round == 0 ? 1e-4 : 1e-8, 1e-2, {}});
+                                     {settled ? 12 : 2, round == 0 ? 1e-4 : 1e-8, 1e-2});
     iterations += minimum.iterations;
     state = minimum.state;
     if (settled) break;
@@ -159,43 +143,15 @@ void LeastSquares(const Structure& structure, const Observations& observations,
                   double smallest_gain, Fit& fit) {
   fit.weighting.cauchy = 0;
   Minimum minimum = Minimise(fit.state, structure, fit.columns, observations, fit.weighting,
-                             {40, 1e-8, smallest_gain, {}});
+                             {40, 1e-8, smallest_gain});
   fit.iterations += minimum.iterations;
   fit.converged = minimum.converged;
   fit.state = std::move(minimum.state);
-  fit.equations = std::move(minimum.equations);
+  fit.equations = Linearise(fit.state, structure, fit.columns, observations, fit.weighting);
   Judge(WhitenedResiduals(fit.state, structure, observations), fit);
 }
 
 }  // namespace
-
-Minimum Minimise(const CalibrationState& state, const Structure& structure, const Columns& columns,
-                 const Observations& observations, const Weighting& weighting,
-                 const MinimiseOptions& options) {
-  Minimum minimum{state, Linearise(state, structure, columns, observations, weighting), 0, false};
-  double lambda = options.lambda;
-  while (minimum.iterations < options.max_iterations && lambda < 1e12) {
-    ++minimum.iterations;
-    const Eigen::VectorXd step = Step(minimum.equations, options.fixed, lambda);
-    const double decrement = -minimum.equations.gradient.dot(step);
-    if (!(decrement > options.smallest_gain)) {
-      minimum.converged = std::isfinite(decrement);
-      break;
-    }
-    CalibrationState next = Plus(minimum.state, columns, step);
-    const double cost = Cost(next, structure, observations, columns, weighting);
-    // Near the solution the cost's own rounding hides what a step gains.
-    const bool better = cost < minimum.equations.cost * (1 + 1e-14) + 1e-12 || decrement < 1e-9;
-    if (!(std::isfinite(cost) && better)) {
-      lambda = std::max(lambda * 10, 1e-6);
-      continue;
-    }
-    lambda = lambda > 1e-8 ? lambda / 10 : 0;
-    minimum.state = std::move(next);
-    minimum.equations = Linearise(minimum.state, structure, columns, observations, weighting);
-  }
-  return minimum;
-}
 
 Fit Solve(const CalibrationState& start, const Structure& structure,
           const Observations& observations, const FreeGroups& free) {
@@ -218,7 +174,7 @@ void Settle(const Structure& structure, const Observations& observations, Fit& f
   // Loosely held, so that a photograph that was shifted is not taken for one that disagrees.
   fit.weighting.slip_sd_px = kLooseSlipPx;
   Minimum minimum =
-      Minimise(fit.state, structure, fit.columns, observations, fit.weighting, {6, 1e-8, 1e-2, {}});
+      Minimise(fit.state, structure, fit.columns, observations, fit.weighting, {6, 1e-8, 1e-2});
   fit.iterations += minimum.iterations;
   fit.state = std::move(minimum.state);
   for (int round = 0; round < 4; ++round) {

@@ -23,24 +23,6 @@ struct Fit {
   std::vector<std::string> rejected;  // "NAME (layer 1 emitter): why" of whole photographs
 };
 
-// Levenberg-Marquardt from `state` until a step would lower chi^2 by less than smallest_gain (the
-// square of the step in standard deviations).
-struct MinimiseOptions {
-  int max_iterations = 40;  // what is determined takes 20 at most
-  double lambda = 1e-4;     // damping of the first step, relative to the Hessian's diagonal
-  double smallest_gain = 1e-14;
-  std::vector<char> fixed;  // per column; empty: none is
-};
-struct Minimum {
-  CalibrationState state;
-  NormalEquations equations;
-  int iterations = 0;
-  bool converged = false;
-};
-Minimum Minimise(const CalibrationState& state, const Structure& structure, const Columns& columns,
-                 const Observations& observations, const Weighting& weighting,
-                 const MinimiseOptions& options = {});
-
 // From any start: Cauchy's loss, narrowing to twice the residuals' robust deviation; whole
 // photographs that disagree and points beyond 4 deviations are dropped; least squares; tau
 // from the data (slip.h).
