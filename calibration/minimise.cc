@@ -48,5 +48,4 @@ Minimum Minimise(const CalibrationState& state, const Structure& structure, cons
           summary.termination_type == ceres::CONVERGENCE ||
               summary.termination_type == ceres::USER_SUCCESS};
 }
-
 }  // namespace lamella

@@ -2,7 +2,6 @@
 // all of Ceres.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -17,18 +16,19 @@
 
 namespace lamella {
 
-// Residuals L^T (predicted - measured) of points of one photograph, 2 each, with derivatives by
-// ceres::Jet. Its parameter blocks: camera 9, view's rotation 4 (x, y, z, w) and translation 3,
-// stack's rotation 4 and translation 3, relation 6, panel's shape 4, index 1, plate's thickness 1,
-// slip 2. Relation and index leave a modulator where it is. `structure` must outlive it.
-constexpr std::size_t kNumPhotoBlocks = 10;
-std::unique_ptr<ceres::CostFunction> MakePhotoCost(const Structure& structure,
-                                                   const PanelPhoto& photo,
-                                                   std::vector<Observation> points);
-// These blocks of a state, in that order.
-std::array<double*, kNumPhotoBlocks> BlocksOfPhoto(CalibrationState& state,
-                                                   const Structure& structure,
-                                                   const PanelPhoto& photo, std::size_t number);
+// Residuals L^T (predicted - measured) of points of one photograph of a panel, 2 each, with
+// derivatives by ceres::Jet. With a loss, of each point, they are scaled so that the gradient is the
+// loss's, and one more without a slope follows, so that the sum of squares is the sum of losses.
+// One block for a photograph rather than for a point is three times faster: poses are put together
+// once, and Ceres has fewer blocks to arrange. `structure` and the loss must outlive it.
+std::unique_ptr<ceres::CostFunction> MakePhotoCost(const Structure& structure, const PanelId& panel,
+                                                   const std::vector<Observation>& points,
+                                                   const ceres::LossFunction* loss = nullptr);
+// Its parameter blocks in a state: camera 9, view's rotation 4 (x, y, z, w) and translation 3,
+// stack's rotation 4 and translation 3, panel's shape 4, slip 2; of emitters relation 6, index 1;
+// where there is a plate its thickness.
+std::vector<double*> BlocksOfPhoto(CalibrationState& state, const Structure& structure,
+                                   const PanelPhoto& photo, std::size_t number);
 
 // slip / tau.
 std::unique_ptr<ceres::CostFunction> MakeSlipPrior(double slip_sd_px);
@@ -46,7 +46,7 @@ class JointProblem {
   void HoldDisplay();
   ceres::Problem& problem() { return *problem_; }
   const CalibrationState& state() const { return state_; }
-  // Of least squares, whatever the loss.
+  // At the state. For a problem without a loss.
   NormalEquations Equations();
 
  private:

@@ -16,7 +16,7 @@ std::vector<Eigen::Matrix2Xd> WhitenedResiduals(const CalibrationState& state,
     residuals[at].resize(2, static_cast<Eigen::Index>(photo.points.size()));
     if (photo.points.empty()) return;
     const auto blocks = BlocksOfPhoto(numbers, structure, photo, at);
-    MakePhotoCost(structure, photo, photo.points)
+    MakePhotoCost(structure, photo.panel, photo.points)
         ->Evaluate(blocks.data(), residuals[at].data(), nullptr);
   });
   return residuals;
@@ -25,7 +25,9 @@ std::vector<Eigen::Matrix2Xd> WhitenedResiduals(const CalibrationState& state,
 NormalEquations Linearise(const CalibrationState& state, const Structure& structure,
                           const Columns& columns, const Observations& observations,
                           const Weighting& weighting) {
-  return JointProblem(state, structure, columns, observations, weighting).Equations();
+  Weighting without_loss = weighting;
+  without_loss.cauchy = 0;
+  return JointProblem(state, structure, columns, observations, without_loss).Equations();
 }
 
 }  // namespace lamella

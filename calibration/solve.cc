@@ -17,7 +17,8 @@ using Residuals = std::vector<Eigen::Matrix2Xd>;
 // The median of |r|^2 of a Gaussian of deviation s in the plane is 2 ln 2 s^2.
 constexpr double kMedianOfSquares = 1.3862943611198906;
 constexpr double kLooseSlipPx = 0.3;
-constexpr double kTrim = 4;  // deviations; of Gaussian points 3e-4 lie beyond
+constexpr std::size_t kEnough = 64;  // points of a photograph to find the way
+constexpr double kTrim = 4;          // deviations; of Gaussian points 3e-4 lie beyond
 
 double MedianSquare(std::vector<double> squares) {
   if (squares.empty()) return 0;
@@ -161,8 +162,8 @@ Fit Solve(const CalibrationState& start, const Structure& structure,
   FreeGroups without_slip = free;
   without_slip.slip = false;
   fit.columns = ColumnsOf(structure, without_slip, observations);
-  fit.state = Approach(fit.state, structure, fit.columns, Thinned(observations, 64), fit.weighting,
-                       fit.iterations);
+  fit.state = Approach(fit.state, structure, fit.columns, Thinned(observations, kEnough),
+                       fit.weighting, fit.iterations);
   fit.columns = ColumnsOf(structure, free, observations);
   Settle(structure, observations, fit);
   return fit;
@@ -173,8 +174,8 @@ void Settle(const Structure& structure, const Observations& observations, Fit& f
   fit.weighting.cauchy = 2 * Deviation(WhitenedResiduals(fit.state, structure, observations));
   // Loosely held, so that a photograph that was shifted is not taken for one that disagrees.
   fit.weighting.slip_sd_px = kLooseSlipPx;
-  Minimum minimum =
-      Minimise(fit.state, structure, fit.columns, observations, fit.weighting, {6, 1e-8, 1e-2});
+  Minimum minimum = Minimise(fit.state, structure, fit.columns, Thinned(observations, kEnough),
+                             fit.weighting, {6, 1e-8, 1e-2});
   fit.iterations += minimum.iterations;
   fit.state = std::move(minimum.state);
   for (int round = 0; round < 4; ++round) {
