@@ -4,6 +4,7 @@
 //   model.h          the model of one photograph: a panel's pixel to the photograph's
 //   state.h          all that is unknown, and which of it is free
 //   residuals.h      residuals of all photographs and their normal equations
+//   problem-inl.h    the same as Ceres takes them; minimise.h: its minimiser
 //   initialise.h     starting values, from one homography per panel and photograph
 //   solve.h          the joint robust solution; slip.h: photographs of one position that moved
 //   select.h         which groups of parameters the photographs ask for and carry
