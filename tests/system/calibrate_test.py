@@ -55,6 +55,15 @@ class CalibrateTest(SystemTest):
         self.assertIn("04_layer0_modulator_board: take again: no board is seen", bad.out)
         self.assertIn("position 1: take 04_layer0_modulator_board, 06_layer0_modulator_board_again", bad.out)
 
+    def test_one_position_is_not_enough_for_a_calibration(self):
+        out = self.dir / "calibration.json"
+        solved = run("calibrate", "solve", self.patterns, self.photograph(), "--display", self.dir / "small.toml",
+                     "--out", out)
+        self.assertEqual(solved.code, 4, solved.out + solved.err)
+        self.assertFalse(out.exists())
+        self.assertIn("NOT certain", (self.dir / "calibration.report.txt").read_text())
+        self.assertIn("photograph", solved.err)
+
     def test_mistakes_get_one_line(self):
         for arguments, code, words in [
             (("patterns", "paper-two-layers", "--out", self.dir / "p"), 2, "paper-two-layer"),
