@@ -76,7 +76,7 @@ void ApplyQuality(Quality quality, DepthOptions& o) {
   o.grid_views_per_side = draft ? 2 : 4;
   o.grid_color = !draft;
   o.grid_step_px = draft ? 0.4 : 0.26;
-  o.sweep_size_px = draft ? 768 : 1536;
+  o.sweep_size_px = draft ? 768 : best ? 1536 : 1024;
   o.sweep_labels = draft ? 128 : 256;
   o.sweep_step_px = draft ? 2.0 : 2.4;
   o.sweep_sources = draft ? 2 : best ? 6 : 4;

@@ -63,7 +63,7 @@ constexpr double kGib = 1073741824;
 
 // A quarter of the memory is for nodes' samples, half is left to the scene.
 int BatchOf(const NodeLattice& nodes, const Strip& strip, const LayersOptions& options) {
-  constexpr int kMost = 8;  // neighbours that share emitters
+  constexpr int kMost = 2;  // neighbours that share emitters: more are hardly faster
   int width = 1;
   for (const SampleRange& range : nodes.samples_x) width = std::max(width, range.size());
   const double rows = static_cast<double>(strip.rows()) * options.samples_per_pixel;

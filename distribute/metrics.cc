@@ -41,9 +41,12 @@ bool Counts(const MetricRegion& region, int x, int y) {
   return region.mask.data == nullptr || region.mask(x, y) >= 0.5F;
 }
 
+bool Contains(const Span& span, int at) { return at >= span.first && at < span.last; }
+
 double Channel(const Rgb8& pixel, int channel) {
   const std::uint8_t code = channel == 0 ? pixel.r : channel == 1 ? pixel.g : pixel.b;
-  return code / 255.0;
+  constexpr double kPerCode = 1 / 255.0;
+  return code * kPerCode;
 }
 
 // Weights of a window's pixels, from -kRadius to kRadius beside its centre.
@@ -107,26 +110,35 @@ struct Sum {
   double value = 0;
   std::int64_t count = 0;
 };
+using Sums = std::vector<Sum>;  // of each region
 
-Sum SimilarityOfRow(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, const MetricRegion& region,
-                    int y, const std::vector<Window>& weights) {
-  Sum sum;
-  const Span columns = Inner(a.width, region.border_px);
+Sums SimilarityOfRow(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
+                     const std::vector<MetricRegion>& regions, int y,
+                     const std::vector<Window>& weights) {
+  Sums sums(regions.size());
   for (int channel = 0; channel < 3; ++channel) {
     const std::vector<Moments> moments = ColumnMoments(a, b, channel, y);
-    for (int x = columns.first; x < columns.last; ++x) {
-      if (!Counts(region, x, y)) continue;
+    for (int x = 0; x < a.width; ++x) {
+      const auto counts = [&](const MetricRegion& region) {
+        return Contains(Inner(a.width, region.border_px), x) &&
+               Contains(Inner(a.height, region.border_px), y) && Counts(region, x, y);
+      };
+      if (std::none_of(regions.begin(), regions.end(), counts)) continue;
       Moments m;
       for (int i = -kRadius; i <= kRadius; ++i) {
         const double w = weights[static_cast<std::size_t>(x)][PlaceOf(i)];
         const int column = x + i;
         if (w != 0) m.Add(w, moments[static_cast<std::size_t>(column)]);
       }
-      sum.value += Similarity(m);
-      ++sum.count;
+      const double similarity = Similarity(m);
+      for (std::size_t r = 0; r < regions.size(); ++r) {
+        if (!counts(regions[r])) continue;
+        sums[r].value += similarity;
+        ++sums[r].count;
+      }
     }
   }
-  return sum;
+  return sums;
 }
 
 }  // namespace
@@ -159,27 +171,41 @@ std::optional<double> Psnr(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
   return Psnr(SumSquaredError(a, b, region));
 }
 
+std::vector<std::optional<double>> SsimOfRegions(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
+                                                 const std::vector<MetricRegion>& regions) {
+  Span rows{a.height, 0};
+  for (const MetricRegion& region : regions) {
+    CheckSizes(a, b, region);
+    const Span inner = Inner(a.height, region.border_px);
+    rows = {std::min(rows.first, inner.first), std::max(rows.last, inner.last)};
+  }
+  std::vector<Window> weights;
+  for (int x = 0; x < a.width; ++x) weights.push_back(WindowWeights(x, a.width));
+  std::vector<Sums> sums(static_cast<std::size_t>(a.height));
+  ParallelFor(rows.first, std::max(rows.first, rows.last), 8,
+              [&](std::int64_t first, std::int64_t last) {
+                for (std::int64_t y = first; y < last; ++y) {
+                  sums[static_cast<std::size_t>(y)] =
+                      SimilarityOfRow(a, b, regions, static_cast<int>(y), weights);
+                }
+              });
+  std::vector<std::optional<double>> means;
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    Sum total;
+    for (const Sums& row : sums) {
+      if (row.empty()) continue;
+      total.value += row[r].value;
+      total.count += row[r].count;
+    }
+    means.emplace_back();
+    if (total.count > 0) means.back() = total.value / static_cast<double>(total.count);
+  }
+  return means;
+}
+
 std::optional<double> Ssim(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
                            const MetricRegion& region) {
-  CheckSizes(a, b, region);
-  const Span rows = Inner(a.height, region.border_px);
-  if (rows.first >= rows.last) return std::nullopt;
-  std::vector<std::array<double, 2 * kRadius + 1>> weights;
-  for (int x = 0; x < a.width; ++x) weights.push_back(WindowWeights(x, a.width));
-  std::vector<Sum> sums(static_cast<std::size_t>(rows.last));
-  ParallelFor(rows.first, rows.last, 8, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t y = first; y < last; ++y) {
-      sums[static_cast<std::size_t>(y)] =
-          SimilarityOfRow(a, b, region, static_cast<int>(y), weights);
-    }
-  });
-  Sum total;
-  for (const Sum& sum : sums) {
-    total.value += sum.value;
-    total.count += sum.count;
-  }
-  if (total.count == 0) return std::nullopt;
-  return total.value / static_cast<double>(total.count);
+  return SsimOfRegions(a, b, {region})[0];
 }
 
 }  // namespace lamella

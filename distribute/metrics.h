@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "lightfield/image.h"
 
@@ -38,5 +39,8 @@ std::optional<double> Psnr(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
 // population covariances, K1 = 0.01, K2 = 0.03, L = 1. Nothing where no pixel counts.
 std::optional<double> Ssim(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
                            const MetricRegion& region = {});
+// Over each of some regions, in the time of one.
+std::vector<std::optional<double>> SsimOfRegions(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
+                                                 const std::vector<MetricRegion>& regions);
 
 }  // namespace lamella

@@ -1,6 +1,7 @@
 #include "lightfield/color.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace lamella {
@@ -13,6 +14,50 @@ std::array<float, 256> DecodeTable() {
   }
   return table;
 }
+
+// Codes by the leading bits of a float: a bucket, 1/128 of its values wide, holds one step at most.
+class Encoder {
+ public:
+  Encoder() {
+    for (int code = 1; code < 256; ++code) first_[Index(code)] = FirstOf(code);
+    first_[256] = 2;
+    for (std::uint32_t bucket = 0; bucket < kBuckets; ++bucket) {
+      code_[bucket] = Rounded(std::bit_cast<float>(kLowest + (bucket << kShift)));
+    }
+  }
+
+  std::uint8_t operator()(float linear) const {
+    const auto bits = std::bit_cast<std::uint32_t>(linear);
+    if (bits < kLowest) return 0;
+    const int code = code_[(bits - kLowest) >> kShift];
+    return static_cast<std::uint8_t>(code + (linear >= first_[Index(code + 1)] ? 1 : 0));
+  }
+
+ private:
+  static constexpr std::uint32_t kLowest = 0x39000000;  // 2^-13; code 1 begins at 1.26 times that
+  static constexpr std::uint32_t kOne = 0x3f800000;
+  static constexpr int kShift = 16;
+  static constexpr std::uint32_t kBuckets = (kOne - kLowest) >> kShift;
+
+  static std::size_t Index(int code) { return static_cast<std::size_t>(code); }
+
+  static std::uint8_t Rounded(float linear) {
+    return static_cast<std::uint8_t>(std::lround(LinearToSrgb(linear) * 255.0F));
+  }
+
+  // The least float of the code.
+  static float FirstOf(int code) {
+    std::uint32_t below = kLowest, at = kOne;
+    while (at - below > 1) {
+      const std::uint32_t middle = below + (at - below) / 2;
+      (Rounded(std::bit_cast<float>(middle)) >= code ? at : below) = middle;
+    }
+    return std::bit_cast<float>(at);
+  }
+
+  std::array<float, 257> first_{};  // of code 256: beyond all
+  std::array<std::uint8_t, kBuckets> code_{};
+};
 
 }  // namespace
 
@@ -34,7 +79,8 @@ float Srgb8ToLinear(std::uint8_t encoded) {
 std::uint8_t LinearToSrgb8(float linear) {
   if (!(linear > 0.0F)) return 0;  // also NaN
   if (linear >= 1.0F) return 255;
-  return static_cast<std::uint8_t>(std::lround(LinearToSrgb(linear) * 255.0F));
+  static const Encoder encoder;
+  return encoder(linear);
 }
 
 }  // namespace lamella

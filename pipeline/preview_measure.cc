@@ -90,8 +90,10 @@ PreviewMetrics Compare(const PreviewPicture& a, const PreviewPicture& b, int bor
     both.data()[i] = std::min(a.share.data()[i], b.share.data()[i]);
   }
   const MetricRegion all{border_px, {}}, seen{border_px, both.span()};
+  const std::vector<std::optional<double>> ssim =
+      SsimOfRegions(a.codes.span(), b.codes.span(), {all, seen});
   return {Psnr(a.codes.span(), b.codes.span(), all), Psnr(a.codes.span(), b.codes.span(), seen),
-          Ssim(a.codes.span(), b.codes.span(), all), Ssim(a.codes.span(), b.codes.span(), seen)};
+          ssim[0], ssim[1]};
 }
 
 double MeanShare(const PreviewPicture& picture) {

@@ -239,6 +239,7 @@ OptionTable Describe(PreviewOptions& options) {
 
 void ApplyQuality(Quality quality, PreviewOptions& options) {
   options.width_px = quality == Quality::kDraft ? 640 : quality == Quality::kBalanced ? 960 : 1920;
+  options.positions = quality == Quality::kBest ? 7 : 5;
 }
 
 StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options,

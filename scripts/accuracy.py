@@ -335,6 +335,9 @@ each, so they are good to a tenth or so. PSNR is of 8-bit sRGB codes. The captur
 et al. 2008, 11 photographs of 3072x2048), *sceaux* (11 photographs of 2832x2128), *antinous* (HCI 4D light field
 benchmark, 9x9 views of 512x512), *room* (`lamella synth scene room`: 14 photographs of 960x720, exact truth).
 
+What the layers' rays, kernels and order of the prefilter cost and give is swept on a scene in closed form:
+[Speed for accuracy](experiments.md#speed-for-accuracy).
+
 ## Poses of photographs
 
 `lamella run PHOTOGRAPHS --until poses`, then `lamella compare poses`: camera centres after the best similarity.

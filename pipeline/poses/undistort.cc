@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include <Eigen/LU>
 
@@ -131,6 +133,34 @@ Rgb Sample(const Image<Rgb>& image, const Vector2d& position, double scale) {
   return SampleSharp(image, x0, y0, static_cast<float>(x - x0), static_cast<float>(y - y0));
 }
 
+using Sources = std::vector<std::optional<Vector2d>>;
+
+// Where the original shows the pixels of a row: every `step`-th exactly, those between by the cubic
+// through four of them. A step is at most 1/256 of the focal length, so that lenses stray from it
+// by less than 1e-5 px.
+Sources SourcesOfRow(const Camera& camera, const Camera& pinhole, int y) {
+  const auto exact = [&](int x) {
+    return Project(camera, DirectionOf(pinhole, {x + 0.5, y + 0.5}));
+  };
+  const int step = std::clamp(static_cast<int>(pinhole.fx / 256), 1, 16);
+  Sources knots;  // of the pixels -step, 0, step, ...
+  for (int i = 0; i < (pinhole.width - 1) / step + 4; ++i) knots.push_back(exact((i - 1) * step));
+  Sources sources;
+  for (int x = 0; x < pinhole.width; ++x) {
+    const auto* k = &knots[static_cast<std::size_t>(x / step)];
+    const double t = static_cast<double>(x % step) / step;
+    if (t == 0) {
+      sources.push_back(k[1]);
+    } else if (k[0] && k[1] && k[2] && k[3]) {
+      sources.emplace_back(t * (t - 1) * ((1 + t) * *k[3] - (t - 2) * *k[0]) / 6 +
+                           (t + 1) * (t - 2) * ((t - 1) * *k[1] - t * *k[2]) / 2);
+    } else {
+      sources.push_back(exact(x));
+    }
+  }
+  return sources;
+}
+
 }  // namespace
 
 Camera UndistortedCamera(const Camera& camera, int longer_side_px) {
@@ -160,8 +190,9 @@ Image<Rgb> Undistort(const Image<Rgb>& image, const Camera& camera, const Camera
   const double scale = std::max(1.0, camera.fx / pinhole.fx);
   ParallelFor(0, pinhole.height, 16, [&](std::int64_t first, std::int64_t last) {
     for (int y = static_cast<int>(first); y < last; ++y) {
+      const Sources sources = SourcesOfRow(camera, pinhole, y);
       for (int x = 0; x < pinhole.width; ++x) {
-        const auto source = Project(camera, DirectionOf(pinhole, {x + 0.5, y + 0.5}));
+        const auto& source = sources[static_cast<std::size_t>(x)];
         if (source) result(x, y) = Sample(image, *source, scale);
       }
     }

@@ -45,6 +45,33 @@ TEST(Undistort, GivesWhatThePinholeItselfWouldHaveSeen) {
   }
 }
 
+// A ramp's value says where it was sampled.
+TEST(Undistort, SamplesWhereTheLensShowsEveryPixel) {
+  for (const double focal : {60.0, 700.0, 9000.0}) {
+    Camera camera = Lens({-0.25, 0.1, 1e-3, -2e-3, -0.03});
+    camera.fx = camera.fy = focal;
+    camera.width = static_cast<int>(focal);
+    camera.height = 9;
+    camera.cx = 0.53 * focal;
+    camera.cy = -0.4 * focal;
+    const Camera pinhole = UndistortedCamera(camera);
+    Image<Rgb> ramp(camera.width, camera.height);
+    for (int y = 0; y < ramp.height(); ++y) {
+      for (int x = 0; x < ramp.width(); ++x) ramp(x, y).g = static_cast<float>(x) / 16384;
+    }
+    const Image<Rgb> undistorted = Undistort(ramp, camera, pinhole);
+    for (int x = 2; x < pinhole.width - 2; ++x) {
+      const Eigen::Vector3d direction((x + 0.5 - pinhole.cx) / pinhole.fx,
+                                      (4.5 - pinhole.cy) / pinhole.fy, 1);
+      const auto source = Project(camera, direction);
+      ASSERT_TRUE(source);
+      if (source->x() < 3 || source->x() > camera.width - 3) continue;
+      EXPECT_NEAR(static_cast<double>(undistorted(x, 4).g) * 16384, source->x() - 0.5, 2e-3)
+          << focal << " px, column " << x;
+    }
+  }
+}
+
 TEST(Undistort, KeepsAPinholesPictureAsItIs) {
   const Camera camera = Lens({}, CameraModel::kPinhole);
   const Image<Rgb> image = PhotographRoom(camera, ArcOfCameras(2)[1]);
