@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -122,6 +123,25 @@ void CheckAllSeen(const Structure& structure, CalibrationReport& report) {
   }
 }
 
+// One view fits whatever it shows: nothing checks the place that it gives a panel.
+void CheckSeenTwice(const Fit& fit, const Structure& structure, const Observations& observations,
+                    CalibrationReport& report) {
+  std::map<PanelId, std::set<int>> views;
+  for (std::size_t i = 0; i < observations.photos.size(); ++i) {
+    const std::vector<char>& inlier = fit.weighting.inlier[i];
+    if (std::find(inlier.begin(), inlier.end(), 1) == inlier.end()) continue;
+    views[observations.photos[i].panel].insert(observations.photos[i].view);
+  }
+  for (const PanelId& panel : structure.panels) {
+    if (views[panel].size() >= 2) continue;
+    report.failures.push_back(
+        {fmt::format("{} is in {} views only: its distance or gap, with its scale, is checked by "
+                     "nothing",
+                     NameOf(panel), views[panel].size()),
+         "photograph it from 6 positions or more, on opposite sides"});
+  }
+}
+
 void CheckOutliers(CalibrationReport& report) {
   for (const FitOf& panel : report.panels) {
     const double share = 1 - static_cast<double>(panel.num_used) / std::max(1, panel.num_points);
@@ -154,11 +174,11 @@ void CheckRays(const Fit& fit, const Structure& structure, const CalibrateOption
 
 }  // namespace
 
-CalibrationReport Calibrate(const Observations& unsorted, const Calibration& design,
+CalibrationReport Calibrate(const Observations& given, const Calibration& design,
                             const CalibrateOptions& options) {
-  Check(unsorted, kWhere);
+  Check(given, kWhere);
   Check(design, kWhere);
-  const Observations observations = Sorted(unsorted);
+  const Observations observations = Sorted(given);
   const Structure structure = StructureOf(observations, design);
   const CalibrationState start = Initialise(observations, structure);
   Selection selection = SelectGroups(start, structure, observations, options.eye_box);
@@ -171,6 +191,7 @@ CalibrationReport Calibrate(const Observations& unsorted, const Calibration& des
   report.degeneracy = DegeneracyOf(fit);
   report.failures = UnknownDirections(fit);
   CheckAllSeen(structure, report);
+  CheckSeenTwice(fit, structure, observations, report);
   CheckOutliers(report);
   CheckRays(fit, structure, options, report);
   if (!fit.converged && report.accepted()) {

@@ -65,7 +65,7 @@ struct CalibrationReport {
 // `design` is the display as built on paper (DesignCalibration): sizes, pitches, gaps, indices,
 // mirrors and plates, and starting values of nothing else. The world's length is the reference
 // panel's pitch. InputError or UsageError where there is no starting point (initialise.h).
-CalibrationReport Calibrate(const Observations& observations, const Calibration& design,
+CalibrationReport Calibrate(const Observations& given, const Calibration& design,
                             const CalibrateOptions& options = {});
 
 }  // namespace lamella

@@ -147,7 +147,7 @@ struct PhotoModel {
 template <class T>
 Vec3<T> Towards(const Vec3<T>& eye, const Vec3<T>& point, const T& index) {
   using std::sqrt;
-  const Vec3<T> straight = point - eye;
+  Vec3<T> straight = point - eye;
   if (!(ValueOf(point.z()) < 0)) return straight;
   // Away from L = 0, where the root has no derivative.
   const T L = sqrt(straight.x() * straight.x() + straight.y() * straight.y() + 1e-18);

@@ -19,7 +19,8 @@ namespace lamella {
 struct PanelId {
   int layer = 0;
   enum Role { kEmitter, kModulator } role = kEmitter;
-  friend auto operator<=>(const PanelId&, const PanelId&) = default;
+  friend auto operator<=>(const PanelId&,
+                          const PanelId&) = default;  // NOLINT(modernize-use-nullptr)
 };
 std::string NameOf(const PanelId& panel);  // "layer 1 modulator"
 

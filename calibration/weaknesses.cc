@@ -95,7 +95,7 @@ void CheckPanels(const Fit& fit, const Structure& structure, const Observations&
                        NameOf(panel), 100 * share),
            "photograph the whole panel"});
     }
-    if (of.views.size() < 4) {
+    if (of.views.size() >= 2 && of.views.size() < 4) {
       weaknesses.push_back({fmt::format("{} is in {} views only: its distance or gap is weak",
                                         NameOf(panel), of.views.size()),
                             "photograph it from 6 positions or more, on opposite sides"});

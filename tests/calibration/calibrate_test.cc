@@ -235,7 +235,7 @@ INSTANTIATE_TEST_SUITE_P(
                           return p.panel != PanelId{1, PanelId::kEmitter} || p.view == 2;
                         });
                       },
-                      "layer 1 emitter is in 1 views only", false},
+                      "layer 1 emitter is in 1 views only", true},
         DegenerateSet{"DisplaysApart", kSameOptions,
                       [](Observations& o) {
                         KeepPhotos(
