@@ -77,9 +77,8 @@ std::string DescribeNextView(const CalibrationReport& report) {
            side(next.up_deg, "above", "below");
   }
   return fmt::format(
-      "all panels from {}, {:.0f} mm away, would bring the rays' deviation from {:.4f} to {:.4f} "
-      "px",
-      from, next.distance_mm, next.rms_sd_px, next.next_rms_sd_px);
+      "all panels from {}, {:.0f} mm away, after which rays would be known to {:.4f} px RMS", from,
+      next.distance_mm, next.next_rms_sd_px);
 }
 
 std::string DescribeCalibration(const SolvedPhotos& solved) {

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 
 constexpr double kWidth = 448, kCellRows = 5;
 constexpr const char* kInk = "var(--accent)";
-constexpr const char* kBeyond = "var(--warn)";
+constexpr const char* kBeyond = "#e08a1e";
 constexpr double kLargestMeanPx = 0.03;            // calibration.md section 7
 constexpr double kLowChi2 = 0.7, kHighChi2 = 1.5;  // likewise
 
@@ -43,7 +43,7 @@ void Cell(std::string& svg, double x, double y, double width, double height, dou
   Add(svg,
       "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\" "
       "fill-opacity=\"{:.2f}\" stroke=\"var(--line)\"><title>{}</title></rect>",
-      x, y, width, height, beyond ? kBeyond : kInk, beyond ? 0.7 : 0.05 + 0.55 * share,
+      x, y, width, height, beyond ? kBeyond : kInk, beyond ? 0.5 : 0.05 + 0.55 * share,
       EscapedHtml(title));
 }
 
@@ -207,7 +207,7 @@ std::string DirectionFigure(const CalibrationReport& report) {
 }
 
 std::string Chi2Figure(const std::vector<FitOf>& fits) {
-  constexpr double kLeft = 130, kRight = 54, kRow = 26;
+  constexpr double kLeft = 150, kRight = 54, kRow = 26;
   double most = 1.2 * kHighChi2;
   for (const FitOf& fit : fits) most = std::max(most, fit.chi2);
   const double scale = (kWidth - kLeft - kRight) / most;

@@ -28,17 +28,23 @@ std::string Figure(const std::string& caption, const std::string& svg) {
                      svg);
 }
 
-// The last column holds words.
+// A third and last column holds words.
 std::string Table(const std::vector<std::string>& columns,
                   const std::vector<std::vector<std::string>>& rows) {
   std::string html = "<div class=\"scroll\"><table>\n<tr>";
-  for (const std::string& column : columns) html += "<th>" + EscapedHtml(column) + "</th>";
+  const auto cell = [](const char* kind, bool words, const std::string& text) {
+    return fmt::format("<{0}{1}>{2}</{0}>", kind, words ? " class=\"words\"" : "",
+                       EscapedHtml(text));
+  };
+  const auto words = [](std::size_t i, std::size_t count) { return i > 1 && i + 1 == count; };
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    html += cell("th", words(i, columns.size()), columns[i]);
+  }
   html += "</tr>\n";
   for (const std::vector<std::string>& row : rows) {
     html += "<tr>";
     for (std::size_t i = 0; i < row.size(); ++i) {
-      html += i + 1 == row.size() && i > 1 ? "<td class=\"words\">" : "<td>";
-      html += EscapedHtml(row[i]) + "</td>";
+      html += cell("td", words(i, row.size()), row[i]);
     }
     html += "</tr>\n";
   }
@@ -128,7 +134,7 @@ std::string Views(const CalibrationReport& report) {
       "where eyes are; orange ring: ";
   const std::string next = DescribeNextView(report);
   note += next.empty() ? "none, no place shows all panels at once."
-                       : "the photographs that would help most: " + next + ".";
+                       : "the photographs that would help most, " + next + ".";
   return Section("Camera positions",
                  Note(note) + "<div class=\"figures\">\n" +
                      Figure("Directions", DirectionFigure(report)) +

@@ -50,13 +50,13 @@ TEST(ResidualMaps, AreInThePanelsPixelsWhicheverWayTheCameraIsTurned) {
   const ResidualMap& map = MapOf(report, panel);
   ASSERT_EQ(map.cells.size(), 40U);
   EXPECT_EQ(map.views.size(), 12U);
-  ASSERT_GE(map.At(0, 0).num_points, 12);
+  ASSERT_GE(map.At(0, 0).num_points, 9);
   EXPECT_NEAR(map.At(0, 0).mean_px.x(), 0.5, 0.05);
   EXPECT_NEAR(map.At(0, 0).mean_px.y(), 0, 0.05);
   EXPECT_LT(map.At(5, 3).mean_px.norm(), 0.03);
   int num_points = 0;
   for (const ResidualCell& cell : map.cells) num_points += cell.num_points;
-  EXPECT_NEAR(num_points, 12 * 54, 6);
+  EXPECT_NEAR(num_points, 12 * 54, 24);
 }
 
 TEST(Deviations, AreThoseOfTheParametersByNameAndUnit) {
