@@ -80,8 +80,8 @@ std::optional<ImaginedView> Imagine(const Fit& fit, const Structure& structure,
     const PanelCalibration& panel = structure.Panel(id);
     PanelPhoto photo{id, 0, 0, NameOf(id), {}};
     for (int i = 0; i < kColumns * kRows; ++i) {
-      const Vector2d share((i % kColumns + 0.5) / kColumns,
-                           (static_cast<double>(i / kColumns) + 0.5) / kRows);
+      const int column = i % kColumns, row = i / kColumns;
+      const Vector2d share((column + 0.5) / kColumns, (row + 0.5) / kRows);
       photo.points.push_back({share.cwiseProduct(Vector2d(panel.width_px, panel.height_px)),
                               Vector2d::Zero(), Eigen::Matrix2d::Identity()});
     }

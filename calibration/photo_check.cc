@@ -17,7 +17,7 @@ using Kind = PatternShot::Kind;
 
 // calibration.md sections 3, 4 and 7.
 constexpr double kLeastSquarePx = 48, kLeastShareOfCorners = 0.6, kMostBlurPx = 2;
-constexpr double kMostMotionPx = 0.05;
+constexpr std::size_t kLeastUsableCorners = 8;
 constexpr double kMostSaturated = 0.002;
 constexpr float kFullScale = 0.995F;
 constexpr double kDark = 0.12;      // brighter is no dark photograph; 1.3 % of the light in sRGB
@@ -85,6 +85,13 @@ Advice JudgeBoard(const BoardSighting& seen, const CalibratedPanel& panel) {
   }
   return {true, fmt::format("{}, blur {:.1f} px, {:.2f} px per panel px", corners, seen.blur_px,
                             seen.scale)};
+}
+
+// Corners state how well they are known, so that small or soft ones do no harm.
+bool IsUsable(const PhotoFacts& facts, const ShotList& list, const PatternShot& shot) {
+  return facts.sighting && facts.saturated <= kMostSaturated &&
+         facts.sighting->mirrored == PanelOf(list, shot.panel).mirrored &&
+         facts.sighting->points.size() >= kLeastUsableCorners;
 }
 
 // The displacements' affine field over the panel, so that the corners' noise averages out: its
@@ -223,9 +230,9 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
                             "no board is seen: show this shot's images only, the whole panel in "
                             "the picture and in focus"};
     }
+    if (shot.again) photo.moved_px = Motion(photo);
     if (advice.good && shot.again) {
-      if (const auto motion = Motion(photo)) {
-        photo.moved_px = motion;
+      if (const auto motion = photo.moved_px) {
         const bool still = *motion <= kMostMotionPx;
         advice = {still, fmt::format("moved by {:.3f} px since the first{}", *motion,
                                      still ? "" : ": fix the camera, and take this position anew")};
@@ -233,6 +240,7 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
     }
   }
   photo.good = advice.good;
+  photo.usable = shot.kind == Kind::kBoard && !shot.again && IsUsable(photo.facts, list_, shot);
   photo.verdict = (advice.good ? "good" : "take again") +
                   (advice.text.empty() ? std::string() : ": " + advice.text);
 }
@@ -243,7 +251,7 @@ const CheckedPhoto& PhotoCheck::Add(const std::string& photo, PhotoFacts facts) 
     ++view_;
     next_ = 0;
   }
-  CheckedPhoto checked{photo, view_, place.shot, false, "", std::nullopt, std::move(facts)};
+  CheckedPhoto checked{photo, view_, place.shot, false, false, "", std::nullopt, std::move(facts)};
   Judge(checked);
   if (place.shot) {
     next_ = std::max(next_, *place.shot + 1);
@@ -275,9 +283,7 @@ std::vector<std::string> PhotoCheck::Missing() const {
 Observations ObservationsOf(const ShotList& list, const std::vector<CheckedPhoto>& photos) {
   Observations observations;
   for (const CheckedPhoto& photo : photos) {
-    if (!photo.good || !photo.shot || !photo.facts.sighting || list.shots[*photo.shot].again) {
-      continue;
-    }
+    if (!photo.usable) continue;
     if (observations.cameras.empty()) {
       observations.cameras.push_back({"camera", photo.facts.width, photo.facts.height, 0});
     }

@@ -24,12 +24,17 @@ struct PhotoFacts {
 // `light` is linear, 1 full scale.
 PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list);
 
+// A camera that moved more at a position makes its photographs worthless together (calibration.md
+// section 3).
+inline constexpr double kMostMotionPx = 0.05;
+
 struct CheckedPhoto {
   std::string photo;
   int view = 0;                     // camera position, from 0
   std::optional<std::size_t> shot;  // in the list; none where it is no shot of it
   bool good = false;
-  std::string verdict;             // one line: what it is, and what to do
+  bool usable = false;  // a board whose corners are worth using, if not as good as they could be
+  std::string verdict;  // one line: what it is, and what to do
   std::optional<double> moved_px;  // of a repeated shot: the camera's motion since the first
   PhotoFacts facts;
 };
@@ -69,7 +74,7 @@ class PhotoCheck {
   std::size_t next_ = 0;  // the shot that is expected
 };
 
-// The good photographs of boards as calibration reads them, all of one camera; repeats are left
+// The usable photographs of boards as calibration reads them, all of one camera; repeats are left
 // out.
 Observations ObservationsOf(const ShotList& list, const std::vector<CheckedPhoto>& photos);
 

@@ -42,11 +42,10 @@ Vector2d InPixels(const Vector2d& whitened, const Matrix2d& covariance_px2) {
 
 std::size_t CellOf(const Vector2d& at, const PanelCalibration& panel) {
   const auto place = [](double share, int count) {
-    return std::clamp(static_cast<int>(share * count), 0, count - 1);
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(share * count), 0, count - 1));
   };
-  return static_cast<std::size_t>(place(at.y() / panel.height_px, ResidualMap::kRows) *
-                                      ResidualMap::kColumns +
-                                  place(at.x() / panel.width_px, ResidualMap::kColumns));
+  const std::size_t row = place(at.y() / panel.height_px, ResidualMap::kRows);
+  return row * ResidualMap::kColumns + place(at.x() / panel.width_px, ResidualMap::kColumns);
 }
 
 // Sums, of which Finish makes means.
@@ -85,7 +84,7 @@ std::vector<ResidualMap> MapResiduals(const Fit& fit, const Structure& structure
   for (const PanelId& panel : structure.panels) {
     ResidualMap map;
     map.panel = panel;
-    map.cells.resize(static_cast<std::size_t>(ResidualMap::kColumns * ResidualMap::kRows));
+    map.cells.resize(ResidualMap::kCells);
     std::set<int> views;
     for (std::size_t i = 0; i < observations.photos.size(); ++i) {
       const PanelPhoto& photo = observations.photos[i];

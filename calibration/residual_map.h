@@ -2,6 +2,7 @@
 // at zero and a bow, a wrong index or a wrong plate do not. calibration.md section 7.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,11 +22,12 @@ struct ResidualCell {
 
 struct ResidualMap {
   static constexpr int kColumns = 8, kRows = 5;
+  static constexpr std::size_t kCells = 40;
   PanelId panel;
   std::vector<int> views;           // that show it with points that count, sorted
   std::vector<ResidualCell> cells;  // row by row from the panel's top left
   const ResidualCell& At(int column, int row) const {
-    return cells[static_cast<std::size_t>(row * kColumns + column)];
+    return cells[static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column)];
   }
 };
 

@@ -17,6 +17,12 @@ void AddWeaknesses(const char* title, const std::vector<Weakness>& weaknesses, s
   }
 }
 
+void AddLines(const char* title, const std::vector<std::string>& lines, std::string& text) {
+  if (lines.empty()) return;
+  text += fmt::format("\n{}\n", title);
+  for (const std::string& line : lines) text += fmt::format("  {}\n", line);
+}
+
 void AddFits(const char* title, const std::vector<FitOf>& fits, std::string& text) {
   text += fmt::format("\n{}: points used, of all, RMS px, chi^2 per degree of freedom\n", title);
   for (const FitOf& fit : fits) {
@@ -92,8 +98,8 @@ std::string DescribeCalibration(const SolvedPhotos& solved) {
   AddWeaknesses("what is weak", report.warnings, text);
   const std::string next = DescribeNextView(report);
   if (!next.empty()) text += "\nthe next photographs that help most\n  " + next + "\n";
-  if (!solved.left_out.empty()) text += "\nleft out\n";
-  for (const std::string& line : solved.left_out) text += fmt::format("  {}\n", line);
+  AddLines("left out", solved.left_out, text);
+  AddLines("used, though better ones would help", solved.doubtful, text);
   AddLayers(report, text);
   AddFits("panels", report.panels, text);
   AddFits("views (camera positions)", report.views_fit, text);

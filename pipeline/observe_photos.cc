@@ -108,7 +108,8 @@ void LeaveOut(const std::vector<MovedPosition>& moved, const std::string& where,
 std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked) {
   std::vector<MovedPosition> moved;
   for (const CheckedPhoto& photo : checked.photos) {
-    if (!photo.good && photo.moved_px) moved.push_back({photo.view, *photo.moved_px});
+    if (photo.moved_px && *photo.moved_px > kMostMotionPx)
+      moved.push_back({photo.view, *photo.moved_px});
   }
   return moved;
 }

@@ -62,35 +62,36 @@ EyeBox EyesOf(const Display& display) {
   return box;
 }
 
-void CheckAnyGood(const CheckedPhotos& checked, const fs::path& photos) {
-  const CheckedPhoto* board = nullptr;  // the first that should have been good
+void CheckAnyUsable(const CheckedPhotos& checked, const fs::path& photos) {
+  const CheckedPhoto* first = nullptr;  // that should have been usable
   for (const CheckedPhoto& photo : checked.photos) {
-    const bool shown =
-        photo.shot && checked.list.shots[*photo.shot].kind != PatternShot::Kind::kDark;
-    if (photo.good && photo.facts.sighting) return;
-    if (board == nullptr && shown && !photo.good) board = &photo;
+    if (!photo.shot) continue;
+    const PatternShot::Kind kind = checked.list.shots[*photo.shot].kind;
+    if (photo.usable || (photo.good && kind == PatternShot::Kind::kPhase)) return;
+    if (first == nullptr && kind == PatternShot::Kind::kBoard) first = &photo;
   }
   throw InputError(
       photos.string(),
       fmt::format(
           "none of its {} photographs shows a panel of display {} well enough{}",
           checked.photos.size(), checked.list.display,
-          board == nullptr ? std::string() : fmt::format("; {}: {}", board->photo, board->verdict)),
+          first == nullptr ? std::string() : fmt::format("; {}: {}", first->photo, first->verdict)),
       "give the photographs of these very patterns; `lamella calibrate check` judges each");
 }
 
-std::vector<std::string> NotUsed(const CheckedPhotos& checked) {
-  std::vector<std::string> lines;
+// Which photographs were not used or are not as good as they could be.
+void ListDoubts(const CheckedPhotos& checked, SolvedPhotos& solved) {
   for (const CheckedPhoto& photo : checked.photos) {
-    if (!photo.good) lines.push_back(photo.photo + ": " + photo.verdict);
+    if (photo.good || (photo.shot && checked.list.shots[*photo.shot].again)) continue;
+    (photo.usable ? solved.doubtful : solved.left_out)
+        .push_back(photo.photo + ": " + photo.verdict);
   }
   for (const MovedPosition& moved : MovedPositions(checked)) {
-    lines.push_back(
-        fmt::format("position {}: the camera moved by {:.2f} px while it was there: "
-                    "take the position anew",
+    solved.left_out.push_back(
+        fmt::format("position {}: the camera moved by {:.2f} px while it was there: take the "
+                    "position anew",
                     moved.view + 1, moved.moved_px));
   }
-  return lines;
 }
 
 std::vector<SolvedPhotos::Photo> Hashed(const Observations& observations, const fs::path& photos) {
@@ -112,10 +113,10 @@ SolvedPhotos SolvePhotos(const SolvePhotosOptions& options, Progress& progress) 
   CheckDesign(design, list, options.display.empty() ? options.patterns.string() : options.display);
   const CheckedPhotos checked = CheckPhotos(
       options.patterns, options.photos, [](const CheckedPhoto&, const std::string&) {}, progress);
-  CheckAnyGood(checked, options.photos);
+  CheckAnyUsable(checked, options.photos);
   Observations observations = ObservePhotos(checked, options.photos, progress);
   for (PhotoCamera& camera : observations.cameras) camera.focal_px = options.focal_px;
-  solved.left_out = NotUsed(checked);
+  ListDoubts(checked, solved);
   solved.photos = Hashed(observations, options.photos);
   progress.Start("solution", 1, "calibration");
   CalibrateOptions calibrate;

@@ -22,6 +22,7 @@ struct SolvedPhotos {
   Display display;  // as designed
   CalibrationReport report;
   std::vector<std::string> left_out;  // photographs and positions that were not used, and why
+  std::vector<std::string> doubtful;  // used, though `calibrate check` would have them taken again
   struct Photo {
     std::string file, sha256;
   };

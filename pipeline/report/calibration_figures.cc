@@ -62,6 +62,7 @@ std::vector<Vector2d> Directions(const CalibrationReport& report) {
 }
 
 constexpr int kProbedColumns = 7, kProbedRows = 5;  // of RaysToProbe
+constexpr std::size_t kProbed = 35;
 
 // RMS over eyes and largest deviation at the reference panel's places.
 struct Deviations {
@@ -69,7 +70,7 @@ struct Deviations {
   double Rms() const { return num > 0 ? std::sqrt(sum / num) : std::nan(""); }
 };
 std::vector<Deviations> DeviationsOf(const CalibrationReport& report, const PanelId& panel) {
-  std::vector<Deviations> places(kProbedColumns * kProbedRows);
+  std::vector<Deviations> places(kProbed);
   std::size_t place = 0;
   for (std::size_t i = 0; i < report.probed.size(); ++i) {
     if (report.probed[i].panel != panel) continue;

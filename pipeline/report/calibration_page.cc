@@ -84,11 +84,11 @@ std::string Weaknesses(const std::string& title, const std::vector<Weakness>& we
   return Section(title, list + "</ul>\n");
 }
 
-std::string LeftOut(const SolvedPhotos& solved) {
-  if (solved.left_out.empty()) return "";
+std::string Lines(const std::string& title, const std::vector<std::string>& lines) {
+  if (lines.empty()) return "";
   std::string list = "<ul>\n";
-  for (const std::string& line : solved.left_out) list += "<li>" + EscapedHtml(line) + "</li>\n";
-  return Section("Left out", list + "</ul>\n");
+  for (const std::string& line : lines) list += "<li>" + EscapedHtml(line) + "</li>\n";
+  return Section(title, list + "</ul>\n");
 }
 
 std::string Rays(const CalibrationReport& report) {
@@ -160,10 +160,11 @@ std::string Parameters(const CalibrationReport& report) {
 
 std::string CalibrationPage(const SolvedPhotos& solved) {
   const CalibrationReport& report = solved.report;
-  const std::string body = Verdict(report) +
-                           Weaknesses("What the photographs leave open", report.failures) +
-                           Weaknesses("What is weak", report.warnings) + Views(report) +
-                           Rays(report) + Residuals(report) + LeftOut(solved) + Parameters(report);
+  const std::string body =
+      Verdict(report) + Weaknesses("What the photographs leave open", report.failures) +
+      Weaknesses("What is weak", report.warnings) + Views(report) + Rays(report) +
+      Residuals(report) + Lines("Left out", solved.left_out) +
+      Lines("Used, though better ones would help", solved.doubtful) + Parameters(report);
   const std::pair<std::string_view, std::string> parts[] = {
       {"@STYLE@", std::string(kPageStyle)},
       {"@TITLE@", EscapedHtml(fmt::format("{} from {} photographs", solved.display.name,

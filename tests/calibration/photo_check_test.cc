@@ -128,6 +128,24 @@ TEST(PhotoCheck, BeginsANewPositionWithADarkPhotograph) {
                           HasSubstr("and 5 more")));
 }
 
+TEST(PhotoCheck, KeepsCornersThatAreWorthUsing) {
+  const ShotList list = List();
+  const auto used = [&](const std::function<void(PhotoFacts&)>& change) {
+    PhotoCheck check(list);
+    for (std::size_t shot = 0; shot < 5; ++shot) check.Add("photo", Good(list, shot));
+    PhotoFacts facts = Good(list, 5);
+    change(facts);
+    check.Add("photo", facts);
+    return ObservationsOf(list, check.photos()).photos.size();
+  };
+  EXPECT_EQ(used([](auto&) {}), 1U);
+  EXPECT_EQ(used([](auto& f) { f.sighting->scale = 0.4; }), 1U);
+  EXPECT_EQ(used([](auto& f) { f.sighting->points.resize(8); }), 1U);
+  EXPECT_EQ(used([](auto& f) { f.sighting->points.resize(7); }), 0U);
+  EXPECT_EQ(used([](auto& f) { f.saturated = 0.05; }), 0U);
+  EXPECT_EQ(used([](auto& f) { f.sighting->mirrored = false; }), 0U);
+}
+
 TEST(PhotoCheck, SaysWhatToDo) {
   const ShotList list = List();
   const auto verdict = [&](std::size_t index, const std::function<void(PhotoFacts&)>& change) {

@@ -141,7 +141,7 @@ CheckedPhotos TwoPositions(double first_moved_px, double second_moved_px) {
   checked.list.shots = {board, again};
   checked.num_views = 2;
   for (int view = 0; view < 2; ++view) {
-    CheckedPhoto photo{fmt::format("{}.png", view), view, 0, true, "good", std::nullopt, {}};
+    CheckedPhoto photo{fmt::format("{}.png", view), view, 0, true, true, "good", std::nullopt, {}};
     photo.facts.width = photo.facts.height = 200;
     photo.facts.sighting = BoardSighting{};
     photo.facts.sighting->points = {{{10, 10}, {20, 20}, Eigen::Matrix2d::Identity()}};
@@ -149,6 +149,7 @@ CheckedPhotos TwoPositions(double first_moved_px, double second_moved_px) {
     photo.shot = 1;
     photo.moved_px = view == 0 ? first_moved_px : second_moved_px;
     photo.good = *photo.moved_px < 0.05;
+    photo.usable = false;
     checked.photos.push_back(photo);
   }
   return checked;

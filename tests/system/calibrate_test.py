@@ -57,19 +57,32 @@ class CalibrateTest(SystemTest):
 
     def test_one_position_is_not_enough_for_a_calibration(self):
         out = self.dir / "calibration.json"
-        solved = run("calibrate", "solve", self.patterns, self.photograph(), "--display", self.dir / "small.toml",
-                     "--out", out)
+        solved = run("calibrate", "solve", self.patterns, self.photograph(), "--out", out)
         self.assertEqual(solved.code, 4, solved.out + solved.err)
         self.assertFalse(out.exists())
-        self.assertIn("NOT certain", (self.dir / "calibration.report.txt").read_text())
-        self.assertIn("photograph", solved.err)
+        self.assertIn("small: the calibration is NOT certain", (self.dir / "calibration.report.txt").read_text())
+        self.assertIn("Not certain", (self.dir / "calibration.report.html").read_text())
+        self.assertIn("is in 1 views only", solved.out)
+        self.assertEqual(len(solved.error_lines()), 1, solved.err)
+        self.assertIn("photograph", solved.error_lines()[0])
+        page = self.dir / "page.html"
+        reported = run("calibrate", "report", self.patterns, self.dir / "taken" / "images", "--out", page)
+        self.assertEqual(reported.code, 4, reported.err)
+        self.assertEqual(page.read_text(), (self.dir / "calibration.report.html").read_text())
 
     def test_mistakes_get_one_line(self):
+        (self.dir / "empty").mkdir()
+        out = self.dir / "calibration.json"
         for arguments, code, words in [
             (("patterns", "paper-two-layers", "--out", self.dir / "p"), 2, "paper-two-layer"),
             (("patterns", self.dir / "small.toml", "--out", self.dir / "p", "--mode", "exact"), 2, "exact"),
             (("check", self.dir, self.dir), 3, "patterns.json"),
             (("check", self.patterns, self.dir / "nowhere"), 3, "nowhere"),
+            (("solve", self.dir, self.dir, "--out", out), 3, "patterns.json"),
+            (("solve", self.patterns, self.dir / "empty", "--out", out), 3, "holds no image"),
+            (("solve", self.patterns, self.patterns, "--display", "paper-two-layer", "--out", out), 2, "for which"),
+            (("solve", self.patterns, self.patterns, "--out", self.dir), 2, "is a folder"),
+            (("solve", self.patterns, self.patterns, "--out", self.dir / "no" / "c.json"), 5, "can't be written"),
         ]:
             self.assert_refused(run("calibrate", *arguments), code, words)
 
