@@ -18,9 +18,9 @@ struct MovedPosition {
 };
 std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked);
 
-// The corners of all usable photographs of boards; where a position has all sinusoids of a panel, the
-// nodes of their map instead, under the name of their first photograph. `photos` is the folder that
-// was checked, its photographs of one camera. Positions where the camera moved are left out.
+// The corners of all usable photographs of boards; where a position has all sinusoids of a panel,
+// the nodes of their map instead, under the name of their first photograph. `photos` is the folder
+// that was checked, its photographs of one camera. Positions where the camera moved are left out.
 // InputError where photographs differ in size, or no position is left.
 Observations ObservePhotos(const CheckedPhotos& checked, const std::filesystem::path& photos,
                            Progress& progress);

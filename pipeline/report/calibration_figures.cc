@@ -143,8 +143,9 @@ std::string RayFigure(const CalibrationReport& report, const PanelId& panel, dou
                          "Standard deviation of rays that meet " + NameOf(panel) + ", px");
   const std::vector<Deviations> places = DeviationsOf(report, panel);
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const double x = kCellWidth * static_cast<double>(i % kProbedColumns);
-    const double y = kCellHeight * static_cast<double>(i / kProbedColumns);
+    const std::size_t column = i % kProbedColumns, row = i / kProbedColumns;
+    const double x = kCellWidth * static_cast<double>(column);
+    const double y = kCellHeight * static_cast<double>(row);
     const double rms = places[i].Rms();
     if (std::isnan(rms)) {
       Cell(svg, x, y, kCellWidth, kCellHeight, 0, "no ray through here meets the panel");
