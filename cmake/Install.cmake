@@ -6,7 +6,7 @@
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
-set(LAMELLA_FOLDERS lightfield depth distribute datasets_synthetic pipeline)
+set(LAMELLA_FOLDERS lightfield depth distribute calibration datasets_synthetic pipeline)
 list(TRANSFORM LAMELLA_FOLDERS PREPEND lamella_ OUTPUT_VARIABLE libraries)
 install(TARGETS ${libraries} EXPORT lamellaTargets)
 install(TARGETS lamella)

@@ -55,6 +55,7 @@ void AddCompareImages(CLI::App& compare, Invocation& invocation);  // to the ver
 void AddAnalyze(CLI::App& program, Invocation& invocation);
 void AddDisplays(CLI::App& program, Invocation& invocation);
 void AddSynth(CLI::App& program, Invocation& invocation);
+void AddCalibrate(CLI::App& program, Invocation& invocation);
 void AddDoctor(CLI::App& program, Invocation& invocation);
 void AddViews(CLI::App& program, Invocation& invocation);
 void AddQuilt(CLI::App& program, Invocation& invocation);

@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include "lightfield/error.h"
 #include "lightfield/parallel.h"
@@ -74,9 +75,20 @@ int ReportParseError(const CLI::App& program, const CLI::ParseError& error) {
   return static_cast<int>(ExitCode::kUsage);
 }
 
+// Ceres tells of difficulties through glog, which writes to standard error and into files unless it
+// is told otherwise. What matters of a solution stands in its report.
+void SilenceSolverLog(bool verbose) {
+  google::InitGoogleLogging("lamella");
+  for (const auto severity : {google::GLOG_INFO, google::GLOG_WARNING, google::GLOG_ERROR}) {
+    google::SetLogDestination(severity, "");
+  }
+  FLAGS_stderrthreshold = verbose ? google::GLOG_WARNING : google::GLOG_FATAL;
+}
+
 ExitCode RunGuarded(const Invocation& invocation) {
   const std::unique_ptr<Progress> progress = ProgressOf(invocation);
   const ThreadLimit limit(invocation.threads);
+  SilenceSolverLog(invocation.verbose);
   return invocation.action(*progress);
 }
 
@@ -97,6 +109,7 @@ int Main(int argc, char** argv) {
   AddViews(program, invocation);
   AddQuilt(program, invocation);
   AddSynth(program, invocation);
+  AddCalibrate(program, invocation);
   AddDoctor(program, invocation);
   if (argc == 1) {
     fmt::print("{}", program.help());

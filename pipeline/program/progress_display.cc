@@ -39,7 +39,9 @@ class Display : public Progress {
   }
   void Advance(std::int64_t units) override {
     const std::lock_guard lock(mutex_);
+    if (task_.empty()) return;
     done_ += units;
+    if (done_ >= total_) return Finish();  // before what the program prints of the result
     const std::chrono::duration<double> since = Clock::now() - shown_;
     if (verbosity_ == Verbosity::kQuiet || since.count() < Interval()) return;
     shown_ = Clock::now();

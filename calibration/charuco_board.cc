@@ -1,0 +1,102 @@
+#include "calibration/charuco_board.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "calibration/marker_dictionary.h"
+#include "lightfield/error.h"
+
+namespace lamella {
+namespace {
+
+constexpr int kSquareStep = 5, kLeastSquare = 40;
+constexpr int kLeastColumns = 4, kLeastRows = 3;
+// 24 x 13.5 squares on 1920 x 1080 px.
+constexpr double kSquares = 24 * 13.5;
+
+CharucoBoard LayOut(const PanelSize& panel, int square_px) {
+  CharucoBoard board{panel.width_px, panel.height_px, panel.width_px / square_px,
+                     panel.height_px / square_px, square_px};
+  if (board.rows % 2 == 0) board.rows -= 1;
+  board.left_px = (panel.width_px - board.columns * square_px) / 2;
+  board.top_px = (panel.height_px - board.rows * square_px) / 2;
+  return board;
+}
+
+// `coarseness` 0 is the finest board.
+CharucoBoard LayOutCoarse(const PanelSize& panel, int coarseness) {
+  const double side = std::sqrt(static_cast<double>(panel.width_px) * panel.height_px / kSquares);
+  const int square = std::max(kLeastSquare, static_cast<int>(side) / kSquareStep * kSquareStep);
+  return LayOut(panel, square + coarseness * kSquareStep);
+}
+
+// Module edges are rounded to whole pixels where the side is no multiple of 8.
+void DrawMarker(MarkerBits bits, int side_px, ImageSpan<Rgb8> image) {
+  for (int v = 0; v < side_px; ++v) {
+    for (int u = 0; u < side_px; ++u) {
+      const int i = u * kMarkerSideModules / side_px - 1, j = v * kMarkerSideModules / side_px - 1;
+      const bool inside = i >= 0 && j >= 0 && i < kMarkerModules && j < kMarkerModules;
+      const bool white =
+          inside && (bits >> static_cast<unsigned>(i + kMarkerModules * j) & 1U) != 0;
+      image(u, v) = white ? Rgb8{255, 255, 255} : Rgb8{};
+    }
+  }
+}
+
+}  // namespace
+
+bool HasRoomForBoard(const PanelSize& panel) {
+  return panel.width_px >= kLeastColumns * kLeastSquare &&
+         panel.height_px >= kLeastRows * kLeastSquare;
+}
+
+Eigen::Vector2d CharucoBoard::CornerPx(int corner) const {
+  const int i = corner % (columns - 1), j = corner / (columns - 1);
+  return {left_px + (i + 1) * square_px, top_px + (j + 1) * square_px};
+}
+
+std::vector<CharucoBoard> LayOutBoards(const std::vector<PanelSize>& panels) {
+  for (int coarseness = 0;; ++coarseness) {
+    std::vector<CharucoBoard> boards;
+    int next_id = 0;
+    for (const PanelSize& panel : panels) {
+      boards.push_back(LayOutCoarse(panel, coarseness));
+      CharucoBoard& board = boards.back();
+      if (board.columns < kLeastColumns || board.rows < kLeastRows) {
+        throw UsageError(fmt::format("a panel of {} x {} px", panel.width_px, panel.height_px),
+                         coarseness == 0
+                             ? "is too small for a board of markers"
+                             : fmt::format("is one of {} panels, too many for one set of markers",
+                                           panels.size()),
+                         "use --mode precise, whose sinusoids need no markers");
+      }
+      board.first_id = next_id;
+      next_id += board.num_markers();
+    }
+    if (next_id <= kNumMarkers) return boards;
+  }
+}
+
+Image<Rgb8> DrawBoard(const CharucoBoard& board) {
+  Image<Rgb8> image(board.panel_width_px, board.panel_height_px, {255, 255, 255});
+  const int margin = (board.square_px - board.marker_px()) / 2;
+  int id = board.first_id;
+  for (int row = 0; row < board.rows; ++row) {
+    for (int column = 0; column < board.columns; ++column) {
+      const ImageSpan<Rgb8> square = image.span().Sub({board.left_px + column * board.square_px,
+                                                       board.top_px + row * board.square_px,
+                                                       board.square_px, board.square_px});
+      if ((row + column) % 2 == 0) {
+        for (int v = 0; v < square.height; ++v) std::fill_n(square.row(v), square.width, Rgb8{});
+      } else {
+        DrawMarker(BitsOfMarker(id++), board.marker_px(),
+                   square.Sub({margin, margin, board.marker_px(), board.marker_px()}));
+      }
+    }
+  }
+  return image;
+}
+
+}  // namespace lamella

@@ -1,0 +1,296 @@
+#include "calibration/photo_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include "lightfield/color.h"
+
+namespace lamella {
+namespace {
+
+using Eigen::Vector2d;
+using Kind = PatternShot::Kind;
+
+// calibration.md sections 3, 4 and 7.
+constexpr double kLeastSquarePx = 48, kLeastShareOfCorners = 0.6, kMostBlurPx = 2;
+constexpr std::size_t kLeastUsableCorners = 8;
+constexpr double kMostSaturated = 0.002;
+constexpr float kFullScale = 0.995F;
+constexpr double kDark = 0.12;      // brighter is no dark photograph; 1.3 % of the light in sRGB
+constexpr double kMostLeak = 0.35;  // through a closed modulator; a tenth of the light
+constexpr double kLeastStep = 0.16;
+
+const CalibratedPanel& PanelOf(const ShotList& list, const PanelId& id) {
+  return *std::find_if(list.panels.begin(), list.panels.end(),
+                       [&](const CalibratedPanel& panel) { return panel.id == id; });
+}
+
+bool IsDark(const PatternShot& shot) {
+  return shot.kind == Kind::kDark || shot.kind == Kind::kLeak;
+}
+
+struct Advice {
+  bool good = true;
+  std::string text;
+};
+
+Advice JudgeExposure(const PhotoFacts& facts) {
+  if (facts.saturated > kMostSaturated) {
+    return {false, fmt::format("{:.1f} % of it is overexposed: expose less, all shots alike",
+                               100 * facts.saturated)};
+  }
+  if (facts.bright - facts.dark < kLeastStep) {
+    return {false, fmt::format("black and white differ by {:.0f} % of full scale only: expose "
+                               "longer, all shots alike",
+                               100 * (facts.bright - facts.dark))};
+  }
+  return {};
+}
+
+Advice JudgeDark(const PhotoFacts& facts, Kind kind) {
+  const double most = kind == Kind::kLeak ? kMostLeak : kDark;
+  const std::string level = fmt::format("up to {:.0f} % of full scale", 100 * facts.bright);
+  if (facts.bright < most) return {true, level};
+  return {false, level + (kind == Kind::kLeak ? ": close the modulator (black), its emitter white"
+                                              : ": darken the room, and show black everywhere")};
+}
+
+Advice JudgeBoard(const BoardSighting& seen, const CalibratedPanel& panel) {
+  const CharucoBoard& board = *panel.board;
+  const auto found = static_cast<int>(seen.points.size());
+  const double square_px = seen.scale * board.square_px;
+  const std::string corners = fmt::format("{} of {} corners", found, board.num_corners());
+  if (seen.mirrored != panel.mirrored) {
+    return {false, fmt::format("the panel is seen {}, the display's mirror_x says otherwise: mend "
+                               "the display's file, or show the pattern unflipped",
+                               seen.mirrored ? "in a mirror" : "directly")};
+  }
+  if (seen.blur_px > kMostBlurPx) {
+    return {false, fmt::format("{}, edges blurred by {:.1f} px: focus nearer to the panel", corners,
+                               seen.blur_px)};
+  }
+  if (square_px < kLeastSquarePx) {
+    return {false, fmt::format("{}, squares of {:.0f} px only: go nearer or zoom in until they "
+                               "have {:.0f}",
+                               corners, square_px, kLeastSquarePx)};
+  }
+  if (found < kLeastShareOfCorners * board.num_corners()) {
+    return {false, fmt::format("{} only: bring the whole panel into the picture, unreflected and "
+                               "uncovered",
+                               corners)};
+  }
+  return {true, fmt::format("{}, blur {:.1f} px, {:.2f} px per panel px", corners, seen.blur_px,
+                            seen.scale)};
+}
+
+// Corners state how well they are known, so that small or soft ones do no harm.
+bool IsUsable(const PhotoFacts& facts, const ShotList& list, const PatternShot& shot) {
+  return facts.sighting && facts.saturated <= kMostSaturated &&
+         facts.sighting->mirrored == PanelOf(list, shot.panel).mirrored &&
+         facts.sighting->points.size() >= kLeastUsableCorners;
+}
+
+// The displacements' affine field over the panel, so that the corners' noise averages out: its
+// median length at the corners.
+double MedianMotion(const std::vector<Observation>& before, const std::vector<Observation>& after) {
+  std::map<std::pair<double, double>, Vector2d> places;
+  for (const Observation& point : before) {
+    places[{point.panel_px.x(), point.panel_px.y()}] = point.image_px;
+  }
+  std::vector<std::pair<Vector2d, Vector2d>> moved;  // place, displacement
+  Vector2d mean(0, 0);
+  for (const Observation& point : after) {
+    const auto place = places.find({point.panel_px.x(), point.panel_px.y()});
+    if (place == places.end()) continue;
+    moved.emplace_back(place->second, point.image_px - place->second);
+    mean += place->second;
+  }
+  if (moved.empty()) return 0;
+  mean /= static_cast<double>(moved.size());
+  Eigen::Matrix3d information = 1e-6 * Eigen::Matrix3d::Identity();
+  Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
+  for (const auto& [place, displacement] : moved) {
+    const Eigen::Vector3d row = (place - mean).homogeneous();
+    information += row * row.transpose();
+    right += row * displacement.transpose();
+  }
+  const Eigen::Matrix<double, 3, 2> field = information.ldlt().solve(right);
+  std::vector<double> lengths;
+  for (const auto& [place, displacement] : moved) {
+    lengths.push_back((field.transpose() * (place - mean).homogeneous()).norm());
+  }
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return *middle;
+}
+
+}  // namespace
+
+PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list) {
+  PhotoFacts facts{light.width, light.height, 0, 0, 0, std::nullopt, std::nullopt};
+  std::vector<float> values;
+  values.reserve(static_cast<std::size_t>(light.width) * static_cast<std::size_t>(light.height));
+  for (int y = 0; y < light.height; ++y) {
+    values.insert(values.end(), light.row(y), light.row(y) + light.width);
+  }
+  const auto percentile = [&](double share) {
+    const auto at = values.begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return static_cast<double>(LinearToSrgb(*at));
+  };
+  facts.dark = percentile(0.01);
+  facts.bright = percentile(0.99);
+  const float full_scale = SrgbToLinear(kFullScale);
+  facts.saturated =
+      static_cast<double>(std::count_if(values.begin(), values.end(),
+                                        [=](float value) { return value >= full_scale; })) /
+      static_cast<double>(values.size());
+  std::vector<CharucoBoard> boards;
+  std::vector<PanelId> panels;
+  for (const CalibratedPanel& panel : list.panels) {
+    if (!panel.board) continue;
+    boards.push_back(*panel.board);
+    panels.push_back(panel.id);
+  }
+  facts.sighting = DetectBoard(light, boards);
+  if (facts.sighting) facts.panel = panels[facts.sighting->board];
+  return facts;
+}
+
+bool PhotoCheck::Shows(const PhotoFacts& facts, std::size_t index) const {
+  const PatternShot& shot = list_.shots[index];
+  if (shot.kind == Kind::kBoard) return facts.panel == shot.panel;
+  if (facts.panel) return false;
+  if (shot.kind == Kind::kLeak) return facts.bright < kMostLeak;
+  return IsDark(shot) == (facts.bright < kDark);
+}
+
+PhotoCheck::Place PhotoCheck::PlaceOf(const PhotoFacts& facts) const {
+  const std::size_t count = list_.shots.size();
+  if (next_ < count && Shows(facts, next_)) return {next_, false};
+  if (facts.panel) {
+    // A retake, rather than a repeat with shots left out before it.
+    std::optional<std::size_t> first;
+    for (std::size_t i = 0; i < count && !first; ++i) {
+      if (Shows(facts, i)) first = i;
+    }
+    return {first, first && next_ == count && *first < next_ && Taken(view_, *first) &&
+                       Taken(view_, *first)->good};
+  }
+  const bool is_dark = facts.bright < kDark;
+  if (is_dark && next_ > 0) return {0, true};
+  // Whatever should have been a board and is none.
+  if (!is_dark && next_ < count && list_.shots[next_].kind == Kind::kBoard) return {next_, false};
+  return {};
+}
+
+const CheckedPhoto* PhotoCheck::Taken(int view, std::size_t shot) const {
+  for (const CheckedPhoto& photo : photos_) {
+    if (photo.view == view && photo.shot == shot) return &photo;
+  }
+  return nullptr;
+}
+
+std::optional<double> PhotoCheck::Motion(const CheckedPhoto& again) const {
+  const PatternShot& shot = list_.shots[*again.shot];
+  for (std::size_t i = 0; i < *again.shot; ++i) {
+    const PatternShot& other = list_.shots[i];
+    if (other.kind != shot.kind || other.panel != shot.panel || !(other.pattern == shot.pattern)) {
+      continue;
+    }
+    const CheckedPhoto* before = Taken(again.view, i);
+    if (before == nullptr || !before->facts.sighting || !again.facts.sighting) return std::nullopt;
+    return MedianMotion(before->facts.sighting->points, again.facts.sighting->points);
+  }
+  return std::nullopt;
+}
+
+void PhotoCheck::Judge(CheckedPhoto& photo) const {
+  if (!photo.shot) {
+    const std::string expected =
+        next_ < list_.shots.size() ? list_.shots[next_].name : list_.shots[0].name;
+    photo.verdict = fmt::format("no shot of the list; {} was expected: take that", expected);
+    return;
+  }
+  const PatternShot& shot = list_.shots[*photo.shot];
+  Advice advice;
+  if (IsDark(shot)) {
+    advice = JudgeDark(photo.facts, shot.kind);
+  } else {
+    advice = JudgeExposure(photo.facts);
+    if (advice.good && shot.kind == Kind::kBoard) {
+      advice = photo.facts.sighting
+                   ? JudgeBoard(*photo.facts.sighting, PanelOf(list_, shot.panel))
+                   : Advice{false,
+                            "no board is seen: show this shot's images only, the whole panel in "
+                            "the picture and in focus"};
+    }
+    if (shot.again) photo.moved_px = Motion(photo);
+    if (advice.good && shot.again) {
+      if (const auto motion = photo.moved_px) {
+        const bool still = *motion <= kMostMotionPx;
+        advice = {still, fmt::format("moved by {:.3f} px since the first{}", *motion,
+                                     still ? "" : ": fix the camera, and take this position anew")};
+      }
+    }
+  }
+  photo.good = advice.good;
+  photo.usable = shot.kind == Kind::kBoard && !shot.again && IsUsable(photo.facts, list_, shot);
+  photo.verdict = (advice.good ? "good" : "take again") +
+                  (advice.text.empty() ? std::string() : ": " + advice.text);
+}
+
+const CheckedPhoto& PhotoCheck::Add(const std::string& photo, PhotoFacts facts) {
+  const Place place = PlaceOf(facts);
+  if (place.new_view) {
+    ++view_;
+    next_ = 0;
+  }
+  CheckedPhoto checked{photo, view_, place.shot, false, false, "", std::nullopt, std::move(facts)};
+  Judge(checked);
+  if (place.shot) {
+    next_ = std::max(next_, *place.shot + 1);
+    std::erase_if(photos_, [&](const CheckedPhoto& old) {
+      return old.view == view_ && old.shot == place.shot;
+    });
+  }
+  photos_.push_back(std::move(checked));
+  return photos_.back();
+}
+
+std::vector<std::string> PhotoCheck::Missing() const {
+  std::vector<std::string> lines;
+  for (int view = 0; view <= view_; ++view) {
+    std::string names;
+    std::size_t count = 0;
+    constexpr std::size_t kMostNamed = 4;
+    for (std::size_t shot = 0; shot < list_.shots.size(); ++shot) {
+      const CheckedPhoto* taken = Taken(view, shot);
+      if (taken != nullptr && taken->good) continue;
+      if (++count <= kMostNamed) names += (count > 1 ? ", " : "") + list_.shots[shot].name;
+    }
+    if (count > kMostNamed) names += fmt::format(" and {} more", count - kMostNamed);
+    if (count > 0) lines.push_back(fmt::format("position {}: take {}", view + 1, names));
+  }
+  return lines;
+}
+
+Observations ObservationsOf(const ShotList& list, const std::vector<CheckedPhoto>& photos) {
+  Observations observations;
+  for (const CheckedPhoto& photo : photos) {
+    if (!photo.usable) continue;
+    if (observations.cameras.empty()) {
+      observations.cameras.push_back({"camera", photo.facts.width, photo.facts.height, 0});
+    }
+    observations.photos.push_back(
+        {list.shots[*photo.shot].panel, photo.view, 0, photo.photo, photo.facts.sighting->points});
+  }
+  return observations;
+}
+
+}  // namespace lamella

@@ -1,0 +1,81 @@
+// Photographs of a calibration, judged one by one as they are taken: which shot of the list each
+// is, whether it will do, and what to do if not.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/detect_board.h"
+#include "calibration/observations.h"
+#include "calibration/shot_list.h"
+#include "lightfield/image.h"
+
+namespace lamella {
+
+// What a photograph shows, whatever it is of. Levels are sRGB's of its light, 0 to 1.
+struct PhotoFacts {
+  int width = 0, height = 0;
+  double dark = 0, bright = 0;   // 1st and 99th percentile
+  double saturated = 0;          // share of pixels at full scale
+  std::optional<PanelId> panel;  // whose board is seen
+  std::optional<BoardSighting> sighting;
+};
+// `light` is linear, 1 full scale.
+PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list);
+
+// A camera that moved more at a position makes its photographs worthless together (calibration.md
+// section 3).
+inline constexpr double kMostMotionPx = 0.05;
+
+struct CheckedPhoto {
+  std::string photo;
+  int view = 0;                     // camera position, from 0
+  std::optional<std::size_t> shot;  // in the list; none where it is no shot of it
+  bool good = false;
+  bool usable = false;  // a board whose corners are worth using, if not as good as they could be
+  std::string verdict;  // one line: what it is, and what to do
+  std::optional<double> moved_px;  // of a repeated shot: the camera's motion since the first
+  PhotoFacts facts;
+};
+
+// Takes the photographs in the order in which they were taken: at every camera position all shots
+// of the list, a failed one again at any time before the position changes. Boards tell their panel;
+// dark and white photographs and sinusoids are told by their place between the others. A new
+// position begins with the dark shot.
+class PhotoCheck {
+ public:
+  explicit PhotoCheck(ShotList list) : list_(std::move(list)) {}
+
+  // The reference is valid until the next call.
+  const CheckedPhoto& Add(const std::string& photo, PhotoFacts facts);
+  // What is still to be photographed, one line per position; empty where nothing is.
+  std::vector<std::string> Missing() const;
+
+  // The last photograph of every shot and position, and those that are no shot.
+  const std::vector<CheckedPhoto>& photos() const { return photos_; }
+  int num_views() const { return view_ + 1; }
+
+ private:
+  struct Place {
+    std::optional<std::size_t> shot;
+    bool new_view = false;
+  };
+  Place PlaceOf(const PhotoFacts& facts) const;
+  bool Shows(const PhotoFacts& facts, std::size_t index) const;
+  const CheckedPhoto* Taken(int view, std::size_t shot) const;
+  void Judge(CheckedPhoto& photo) const;
+  // How far the median corner of a repeated shot has moved, px.
+  std::optional<double> Motion(const CheckedPhoto& again) const;
+
+  ShotList list_;
+  std::vector<CheckedPhoto> photos_;
+  int view_ = 0;
+  std::size_t next_ = 0;  // the shot that is expected
+};
+
+// The usable photographs of boards as calibration reads them, all of one camera; repeats are left
+// out.
+Observations ObservationsOf(const ShotList& list, const std::vector<CheckedPhoto>& photos);
+
+}  // namespace lamella

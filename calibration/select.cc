@@ -1,0 +1,223 @@
+#include "calibration/select.h"
+
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "calibration/minimise.h"
+
+namespace lamella {
+namespace {
+
+constexpr double kKnown = 100;        // smallest eigenvalue asked for
+constexpr double kBenefitPx = 0.01;   // below it the ray map does not care
+constexpr double kHeldOutErrors = 2;  // standard errors
+
+struct Candidate {
+  const char* name;
+  bool FreeGroups::*group;
+};
+constexpr Candidate kCandidates[] = {{"plate thickness", &FreeGroups::plate},
+                                     {"bow", &FreeGroups::bow},
+                                     {"scale", &FreeGroups::scale},
+                                     {"aspect and skew", &FreeGroups::aspect_skew},
+                                     {"k3", &FreeGroups::k3},
+                                     {"index", &FreeGroups::index}};
+
+constexpr int kFolds = 4;
+
+// The points of some views only.
+Weighting OfViews(const Fit& fit, const Structure& structure,
+                  const std::function<bool(int)>& wanted) {
+  Weighting weighting = fit.weighting;
+  for (std::size_t i = 0; i < weighting.inlier.size(); ++i) {
+    std::vector<char>& inlier = weighting.inlier[i];
+    if (!wanted(structure.view_of_photo[i])) inlier.assign(inlier.size(), 0);
+  }
+  return weighting;
+}
+
+// Squared residuals of the points of every fourth view, when all but these views' own poses and
+// slips is known from the others.
+std::vector<double> HeldOutSquares(const Fit& fit, const Structure& structure,
+                                   const Observations& observations, int fold) {
+  const auto held_out = [fold](int view) { return view % kFolds == fold; };
+  const Weighting others = OfViews(fit, structure, [&](int view) { return !held_out(view); });
+  const Weighting left_out = OfViews(fit, structure, held_out);
+  MinimiseOptions nearby{20, 1e-8, 1e-4};
+  const Minimum known = Minimise(fit.state, structure, fit.columns, observations, others, nearby);
+  nearby.hold_display = true;
+  const Minimum posed =
+      Minimise(known.state, structure, fit.columns, observations, left_out, nearby);
+  std::vector<double> squares;
+  const auto residuals = WhitenedResiduals(posed.state, structure, observations);
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    for (Eigen::Index k = 0; k < residuals[i].cols(); ++k) {
+      if (left_out.inlier[i][static_cast<std::size_t>(k)]) {
+        squares.push_back(residuals[i].col(k).squaredNorm());
+      }
+    }
+  }
+  return squares;
+}
+
+// Of every fold in turn, so of every view once.
+std::vector<double> AllHeldOutSquares(const Fit& fit, const Structure& structure,
+                                      const Observations& observations) {
+  std::vector<double> all;
+  for (int fold = 0; fold < kFolds; ++fold) {
+    const std::vector<double> squares = HeldOutSquares(fit, structure, observations, fold);
+    all.insert(all.end(), squares.begin(), squares.end());
+  }
+  return all;
+}
+
+// By how many standard errors the mean square falls.
+double GainInErrors(const std::vector<double>& before, const std::vector<double>& after) {
+  double sum = 0, squares = 0;
+  const auto num = static_cast<double>(before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double gain = before[i] - after[i];
+    sum += gain;
+    squares += gain * gain;
+  }
+  const double mean = sum / num, variance = squares / num - mean * mean;
+  return num > 1 && variance > 0 ? mean / std::sqrt(variance / num) : 0;
+}
+
+// Tests a group from the cheapest question to the dearest; stops at the first no.
+GroupVerdict Judge(const Candidate& candidate, const Fit& fit, const Fit& larger,
+                   const Structure& structure, const Observations& observations,
+                   const EyeBox& box) {
+  GroupVerdict verdict;
+  verdict.group = candidate.name;
+  const int added = larger.columns.num_display - fit.columns.num_display;
+  verdict.chi2_fall = (fit.equations.cost - larger.equations.cost) / larger.variance;
+  verdict.chi2_needed = added * std::log(std::max(2, fit.num_residuals));
+  if (!(verdict.chi2_fall > verdict.chi2_needed)) {
+    verdict.reason = fmt::format(
+        "the photographs do not ask for it: chi^2 falls by {:.1f}, {:.1f} "
+        "is what chance may do",
+        verdict.chi2_fall, verdict.chi2_needed);
+    return verdict;
+  }
+  const Degeneracy degeneracy = DegeneracyOf(larger);
+  verdict.degeneracy = degeneracy.smallest;
+  if (!(degeneracy.smallest >= kKnown)) {
+    verdict.reason = fmt::format("the photographs do not carry it: with it free, {} is unknown",
+                                 NameOfDirection(degeneracy, larger.columns));
+    return verdict;
+  }
+  const std::vector<ProbedRay> rays = RaysToProbe(structure, box);
+  const auto map = [&](const Fit& of) {
+    return PixelsOfRays(CalibrationOf(of.state, structure), structure.reference, rays);
+  };
+  verdict.benefit_px = CompareRays(map(fit), map(larger)).rms_px;
+  if (!(verdict.benefit_px > kBenefitPx)) {
+    verdict.reason = fmt::format("it changes rays by {:.4f} px only", verdict.benefit_px);
+    return verdict;
+  }
+  verdict.heldout_gain = GainInErrors(AllHeldOutSquares(fit, structure, observations),
+                                      AllHeldOutSquares(larger, structure, observations));
+  if (!(verdict.heldout_gain > kHeldOutErrors)) {
+    verdict.reason = "views left out are not predicted better with it";
+    return verdict;
+  }
+  verdict.freed = true;
+  verdict.reason = fmt::format("chi^2 falls by {:.0f}, rays change by {:.3f} px", verdict.chi2_fall,
+                               verdict.benefit_px);
+  return verdict;
+}
+
+// The fit with a group's parameters at the design's values.
+Fit WithGroupAsDesigned(const Fit& fit, bool FreeGroups::*group, const Structure& structure) {
+  Fit next = fit;
+  const auto reset = [&](Eigen::Vector4d& shape, const PanelCalibration& design) {
+    if (group == &FreeGroups::scale) shape(0) = design.scale;
+    if (group == &FreeGroups::aspect_skew) shape.segment<2>(1) << design.aspect, design.skew;
+    if (group == &FreeGroups::bow) shape(3) = design.bow_mm;
+  };
+  for (std::size_t i = 0; i < next.state.layers.size(); ++i) {
+    LayerState& layer = next.state.layers[i];
+    const LayerCalibration& design = structure.design.layers[i];
+    reset(layer.emitter_shape, design.emitter);
+    if (design.modulator) reset(layer.modulator_shape, *design.modulator);
+    if (group == &FreeGroups::index) layer.index = design.index;
+    if (group == &FreeGroups::plate && design.plate) layer.plate_mm = design.plate->thickness_mm;
+  }
+  if (group != &FreeGroups::k3) return next;
+  for (LensParameters& camera : next.state.cameras) camera(8) = 0;
+  return next;
+}
+
+// Takes a group's column back where, beside those freed after it, chi^2 no longer asks for it.
+void TakeBack(const Candidate& candidate, const Structure& structure,
+              const Observations& observations, Selection& selection) {
+  Fit& fit = selection.fit;
+  if (!(fit.free.*candidate.group)) return;
+  FreeGroups free = fit.free;
+  free.*candidate.group = false;
+  Fit smaller =
+      Refit(WithGroupAsDesigned(fit, candidate.group, structure), structure, observations, free);
+  const int removed = fit.columns.num_display - smaller.columns.num_display;
+  const double rise = (smaller.equations.cost - fit.equations.cost) / fit.variance;
+  if (removed == 0 || rise > removed * std::log(std::max(2, fit.num_residuals))) return;
+  for (GroupVerdict& verdict : selection.verdicts) {
+    if (verdict.group != candidate.name) continue;
+    verdict.freed = false;
+    verdict.reason =
+        fmt::format("not needed beside the others: chi^2 rises by {:.1f} without", rise);
+  }
+  fit = std::move(smaller);
+}
+
+void Record(GroupVerdict verdict, std::vector<GroupVerdict>& verdicts) {
+  for (GroupVerdict& other : verdicts) {
+    if (other.group != verdict.group) continue;
+    other = std::move(verdict);
+    return;
+  }
+  verdicts.push_back(std::move(verdict));
+}
+
+}  // namespace
+
+Selection SelectGroups(const CalibrationState& start, const Structure& structure,
+                       const Observations& observations, const EyeBox& box) {
+  // Which points count and how far photographs slip is found with shapes free, so that what a base
+  // model can't explain is not taken for errors of the photographs.
+  FreeGroups wide;
+  wide.plate = wide.bow = wide.scale = wide.aspect_skew = true;
+  Selection selection{Solve(start, structure, observations, wide), {}};
+  Fit& fit = selection.fit;
+  for (const Candidate& candidate : kCandidates) {
+    fit = WithGroupAsDesigned(fit, candidate.group, structure);
+  }
+  fit = Refit(fit, structure, observations, {});
+  bool again = true;
+  for (int pass = 0; again && pass < 3; ++pass) {
+    again = false;
+    for (const Candidate& candidate : kCandidates) {
+      FreeGroups free = fit.free;
+      if (free.*candidate.group) continue;
+      free.*candidate.group = true;
+      if (ColumnsOf(structure, free, observations).size == fit.columns.size) continue;
+      Fit larger = Refit(fit, structure, observations, free);
+      GroupVerdict verdict = Judge(candidate, fit, larger, structure, observations, box);
+      const bool freed = verdict.freed;
+      Record(std::move(verdict), selection.verdicts);
+      if (!freed) continue;
+      fit = std::move(larger);
+      again = true;
+    }
+  }
+  for (const Candidate& candidate : kCandidates) {
+    TakeBack(candidate, structure, observations, selection);
+  }
+  Settle(structure, observations, fit);
+  return selection;
+}
+
+}  // namespace lamella

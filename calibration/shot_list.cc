@@ -1,0 +1,190 @@
+#include "calibration/shot_list.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "lightfield/error.h"
+
+namespace lamella {
+namespace {
+
+std::vector<CalibratedPanel> PanelsOf(const Calibration& calibration, CalibrationMode mode) {
+  std::vector<CalibratedPanel> panels;
+  std::vector<PanelSize> sizes;
+  std::vector<std::size_t> with_board;
+  for (std::size_t l = 0; l < calibration.layers.size(); ++l) {
+    const LayerCalibration& layer = calibration.layers[l];
+    const int index = static_cast<int>(l);
+    const auto add = [&](PanelId::Role role, const PanelCalibration& panel) {
+      panels.push_back(
+          {{index, role}, {panel.width_px, panel.height_px}, panel.mirror_x, std::nullopt});
+      if (layer.lattice) return;
+      if (mode == CalibrationMode::kPrecise && !HasRoomForBoard(panels.back().size)) return;
+      with_board.push_back(panels.size() - 1);
+      sizes.push_back(panels.back().size);
+    };
+    if (layer.modulator) add(PanelId::kModulator, *layer.modulator);
+    add(PanelId::kEmitter, layer.emitter);
+  }
+  const std::vector<CharucoBoard> boards = LayOutBoards(sizes);
+  for (std::size_t b = 0; b < boards.size(); ++b) panels[with_board[b]].board = boards[b];
+  return panels;
+}
+
+std::string PlaceName(const PanelId& panel) {
+  return fmt::format("layer{}_{}", panel.layer,
+                     panel.role == PanelId::kEmitter ? "emitter" : "modulator");
+}
+
+std::string NameOfShot(const PatternShot& shot) {
+  switch (shot.kind) {
+    case PatternShot::Kind::kDark:
+      return "dark";
+    case PatternShot::Kind::kWhite:
+      return fmt::format("layer{}_white", shot.panel.layer);
+    case PatternShot::Kind::kLeak:
+      return fmt::format("layer{}_leak", shot.panel.layer);
+    case PatternShot::Kind::kBoard:
+      return PlaceName(shot.panel) + (shot.again ? "_board_again" : "_board");
+    case PatternShot::Kind::kPhase:
+      break;
+  }
+  return fmt::format("{}_{}_{}{}", PlaceName(shot.panel), NameOf(shot.pattern.series),
+                     shot.pattern.step, shot.again ? "_again" : "");
+}
+
+void AddPhases(const CalibratedPanel& panel, std::vector<PatternShot>& shots) {
+  for (const PhaseSeries& series : PhaseSeriesOf(panel.size.width_px, panel.size.height_px)) {
+    for (int step = 0; step < series.steps; ++step) {
+      shots.push_back(
+          {"", PatternShot::Kind::kPhase, panel.id, {Pattern::Kind::kPhase, series, step}, false});
+    }
+  }
+}
+
+// The first shot with a pattern, at the end once more.
+void RepeatFirst(std::vector<PatternShot>& shots) {
+  const auto first = std::find_if(shots.begin(), shots.end(), [](const PatternShot& shot) {
+    return shot.kind == PatternShot::Kind::kBoard || shot.kind == PatternShot::Kind::kPhase;
+  });
+  PatternShot again = *first;
+  again.again = true;
+  shots.push_back(again);
+}
+
+std::string What(const PatternShot& shot) {
+  const std::string layer = fmt::format("layer {}", shot.panel.layer);
+  const char* other = shot.panel.role == PanelId::kEmitter ? "modulator" : "emitter";
+  switch (shot.kind) {
+    case PatternShot::Kind::kDark:
+      return "every panel black";
+    case PatternShot::Kind::kWhite:
+      return layer + ": both panels white";
+    case PatternShot::Kind::kLeak:
+      return layer + ": emitter white, modulator black";
+    case PatternShot::Kind::kBoard:
+      return fmt::format(
+          "{}: board; its {} white{}", NameOf(shot.panel), other,
+          shot.again ? "; the same as before, it tells whether the camera moved" : "");
+    case PatternShot::Kind::kPhase:
+      break;
+  }
+  return fmt::format("{}: sinusoid along {} of {} px, step {} of {}; its {} white{}",
+                     NameOf(shot.panel), shot.pattern.series.axis == PanelAxis::kU ? "u" : "v",
+                     shot.pattern.series.period_px, shot.pattern.step + 1,
+                     shot.pattern.series.steps, other,
+                     shot.again ? "; the same as before, it tells whether the camera moved" : "");
+}
+
+}  // namespace
+
+std::vector<LayerPatterns> ShownIn(const PatternShot& shot, int num_layers) {
+  const Pattern white{Pattern::Kind::kWhite}, black{Pattern::Kind::kBlack};
+  std::vector<LayerPatterns> layers(static_cast<std::size_t>(num_layers), {black, black});
+  if (shot.kind == PatternShot::Kind::kDark) return layers;
+  LayerPatterns& layer = layers[static_cast<std::size_t>(shot.panel.layer)];
+  layer.emitter = white;
+  if (shot.kind == PatternShot::Kind::kLeak) return layers;
+  layer.modulator = white;
+  if (shot.kind == PatternShot::Kind::kWhite) return layers;
+  (shot.panel.role == PanelId::kEmitter ? layer.emitter : layer.modulator) = shot.pattern;
+  return layers;
+}
+
+ShotList PlanShots(const Calibration& calibration, CalibrationMode mode) {
+  ShotList list{calibration.display,
+                mode,
+                static_cast<int>(calibration.layers.size()),
+                PanelsOf(calibration, mode),
+                {}};
+  using Kind = PatternShot::Kind;
+  list.shots.push_back({"", Kind::kDark, {}, {}, false});
+  for (int l = 0; l < list.num_layers; ++l) {
+    list.shots.push_back({"", Kind::kWhite, {l, PanelId::kEmitter}, {}, false});
+    if (calibration.layers[static_cast<std::size_t>(l)].modulator) {
+      list.shots.push_back({"", Kind::kLeak, {l, PanelId::kEmitter}, {}, false});
+    }
+  }
+  bool has_pattern = false;
+  for (const CalibratedPanel& panel : list.panels) {
+    if (!panel.board) continue;
+    list.shots.push_back({"", Kind::kBoard, panel.id, {Pattern::Kind::kBoard}, false});
+    has_pattern = true;
+  }
+  if (mode == CalibrationMode::kPrecise) {
+    for (const CalibratedPanel& panel : list.panels) AddPhases(panel, list.shots);
+  } else if (!has_pattern) {
+    throw UsageError(calibration.display, "has nothing but lenses, under which no board is seen",
+                     "use --mode precise");
+  }
+  RepeatFirst(list.shots);
+  const auto digits = std::max<std::size_t>(2, std::to_string(list.shots.size()).size());
+  for (std::size_t i = 0; i < list.shots.size(); ++i) {
+    list.shots[i].name = fmt::format("{:0{}}_{}", i + 1, digits, NameOfShot(list.shots[i]));
+  }
+  return list;
+}
+
+std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern) {
+  switch (pattern.kind) {
+    case Pattern::Kind::kBlack:
+      return "black";
+    case Pattern::Kind::kWhite:
+      return "white";
+    case Pattern::Kind::kBoard:
+      return PlaceName(panel.id) + "_board.png";
+    case Pattern::Kind::kPhase:
+      break;
+  }
+  return fmt::format("phase_{}x{}_{}_{}.png", panel.size.width_px, panel.size.height_px,
+                     NameOf(pattern.series), pattern.step);
+}
+
+std::string DescribeShots(const ShotList& list) {
+  std::string text = fmt::format(
+      "Calibration of {}: {} photographs from every camera position\n\n"
+      "Camera: on a tripod, released from afar, in a dark room; focus, zoom and exposure locked "
+      "for\n"
+      "all photographs, f/8 to f/11, no automatic corrections; exposed over many refreshes, the\n"
+      "white panel at about 80 % of full scale; slightly out of focus (an edge 2 to 3 px wide), "
+      "and\n"
+      "1.1 to 3 of its pixels on a panel's pixel.\n"
+      "Panels: brightness at its final setting, no scaling, no time slots: one image stands "
+      "still.\n"
+      "Positions: 12 (never fewer than 6), on two rings about the axis, the outer one 20 degrees "
+      "or\n"
+      "more off it and beyond all eyes, the inner one a third of that; distances varied by 12 %, "
+      "the\n"
+      "camera rolled by 90 and 180 degrees in some.{}\n"
+      "At every position take all of these without touching the camera:\n\n",
+      list.display, list.shots.size(),
+      list.mode == CalibrationMode::kPrecise
+          ? "\nThe sinusoids are needed from 3 or 4 of the positions only."
+          : "");
+  for (const PatternShot& shot : list.shots)
+    text += fmt::format("{:<36} {}\n", shot.name, What(shot));
+  return text + "\nPanels that a shot does not name are black.\n";
+}
+
+}  // namespace lamella

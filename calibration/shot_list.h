@@ -1,0 +1,70 @@
+// What a display shows while a camera photographs it for calibration, in order (calibration.md
+// section 3).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/charuco_board.h"
+#include "calibration/observations.h"
+#include "calibration/phase_patterns.h"
+#include "lightfield/calibration.h"
+
+namespace lamella {
+
+// What one panel shows. The image that it is given, also where a mirror shows it reversed.
+struct Pattern {
+  enum class Kind { kBlack, kWhite, kBoard, kPhase };
+  Kind kind = Kind::kBlack;
+  PhaseSeries series = {};  // of kPhase
+  int step = 0;
+  friend bool operator==(const Pattern&, const Pattern&) = default;
+};
+
+struct PatternShot {
+  // kDark: all black. kWhite: both panels of a layer white. kLeak: emitter white, modulator black.
+  // kBoard, kPhase: of the panel under test, the layer's other panel white.
+  enum class Kind { kDark, kWhite, kLeak, kBoard, kPhase };
+  std::string name;  // "03_layer0_modulator_board": its number, then what it is of
+  Kind kind = Kind::kDark;
+  PanelId panel;       // under test; of kWhite and kLeak its layer counts
+  Pattern pattern;     // of the panel under test
+  bool again = false;  // repeats an earlier one, to tell whether the camera has moved
+};
+
+struct LayerPatterns {
+  Pattern emitter, modulator;
+};
+// What the layers show in a shot: those not under test are black.
+std::vector<LayerPatterns> ShownIn(const PatternShot& shot, int num_layers);
+
+struct CalibratedPanel {
+  PanelId id;
+  PanelSize size;
+  bool mirrored = false;
+  std::optional<CharucoBoard> board;  // none under lenses, which do not resolve one
+};
+
+enum class CalibrationMode { kQuick, kPrecise };
+
+struct ShotList {
+  std::string display;
+  CalibrationMode mode = CalibrationMode::kQuick;
+  int num_layers = 0;
+  std::vector<CalibratedPanel> panels;  // back to front, a layer's modulator before its emitter
+  std::vector<PatternShot> shots;       // of one camera position
+};
+
+// quick: dark, white and leak of every layer, a board on every panel, the first board again.
+// precise: sinusoids on every panel as well, and boards where there is room. UsageError where a
+// panel is too small for the board of quick, or there is nothing but lenses, which need sinusoids.
+ShotList PlanShots(const Calibration& calibration, CalibrationMode mode);
+
+// The image of a pattern. The board's is drawn by calibration/detect_board.h.
+std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern);
+
+// For the person at the camera: how to set it up, and what every shot is.
+std::string DescribeShots(const ShotList& list);
+
+}  // namespace lamella

@@ -1,0 +1,133 @@
+#include "calibration/weaknesses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+#include "calibration/covariance.h"
+
+namespace lamella {
+namespace {
+
+constexpr double kKnown = 100;
+
+// The photograph that would settle a parameter, by what its name speaks of.
+std::string CureFor(const std::string& names) {
+  const auto speaks_of = [&](const char* word) { return names.find(word) != std::string::npos; };
+  if (speaks_of("distortion")) {
+    return "photograph the panels so that they fill the picture to its corners";
+  }
+  if (speaks_of("gap") || speaks_of("offset") || speaks_of("tilt")) {
+    return "photograph that layer's emitter and modulator from both sides, 20 degrees and more "
+           "apart";
+  }
+  if (speaks_of("focal") || speaks_of("centre") || speaks_of("distance") || speaks_of("scale")) {
+    return "photograph all panels slanted by 20 degrees, from both sides and from above and below";
+  }
+  if (speaks_of("view")) return "take that view again with more of the panels in it";
+  return "photograph that layer together with the reference panel from more and other directions";
+}
+
+double Reach(const std::vector<double>& values, double sign) {
+  double reach = 0;
+  for (const double value : values) reach = std::max(reach, sign * value);
+  return reach;
+}
+
+// Cameras' directions as slopes x/z, y/z in the world's frame.
+void CheckDirections(const Fit& fit, const Structure& structure, const EyeBox& box,
+                     std::vector<Weakness>& weaknesses) {
+  std::vector<double> x, y;
+  for (std::size_t i = 0; i < structure.views.size(); ++i) {
+    const Eigen::Vector3d centre = Centre(fit.state.camera_from_world[i]);
+    x.push_back(centre.x() / centre.z());
+    y.push_back(centre.y() / centre.z());
+  }
+  const double middle = (box.near_mm + box.far_mm) / 2;
+  const auto side = [&](const std::vector<double>& slopes, double sign, double half,
+                        const char* name) {
+    if (Reach(slopes, sign) >= 0.4 * half / middle) return;
+    const auto degrees = [](double slope) { return std::atan(slope) * 180 / std::numbers::pi; };
+    weaknesses.push_back(
+        {fmt::format("rays to the {} are extrapolated: cameras reach {:.0f} degrees there, eyes "
+                     "{:.0f}; gaps lean on offsets",
+                     name, degrees(Reach(slopes, sign)), degrees(half / middle)),
+         fmt::format("photograph all panels from the {}", name)});
+  };
+  side(x, -1, box.half_width_mm, "left");
+  side(x, 1, box.half_width_mm, "right");
+  side(y, -1, box.half_height_mm, "lower side");
+  side(y, 1, box.half_height_mm, "upper side");
+}
+
+// The share of a panel's 8 x 5 cells with a point, and the views that show it.
+struct Coverage {
+  std::set<std::pair<int, int>> cells;
+  std::set<int> views;
+};
+
+void CheckPanels(const Fit& fit, const Structure& structure, const Observations& observations,
+                 std::vector<Weakness>& weaknesses) {
+  std::map<PanelId, Coverage> coverage;
+  for (std::size_t i = 0; i < observations.photos.size(); ++i) {
+    const PanelPhoto& photo = observations.photos[i];
+    const PanelCalibration& panel = structure.Panel(photo.panel);
+    Coverage& of = coverage[photo.panel];
+    for (std::size_t k = 0; k < photo.points.size(); ++k) {
+      if (!fit.weighting.inlier[i][k]) continue;
+      const Eigen::Vector2d& at = photo.points[k].panel_px;
+      of.cells.emplace(static_cast<int>(8 * at.x() / panel.width_px),
+                       static_cast<int>(5 * at.y() / panel.height_px));
+      of.views.insert(photo.view);
+    }
+  }
+  for (const auto& [panel, of] : coverage) {
+    const double share = static_cast<double>(of.cells.size()) / 40;
+    if (share < 0.6) {
+      weaknesses.push_back(
+          {fmt::format("{} was seen in {:.0f} % of its area: its rotation and tilt "
+                       "are extrapolated to the rest",
+                       NameOf(panel), 100 * share),
+           "photograph the whole panel"});
+    }
+    if (of.views.size() >= 2 && of.views.size() < 4) {
+      weaknesses.push_back({fmt::format("{} is in {} views only: its distance or gap is weak",
+                                        NameOf(panel), of.views.size()),
+                            "photograph it from 6 positions or more, on opposite sides"});
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Weakness> UnknownDirections(const Fit& fit) {
+  Eigen::MatrixXd scaled = WithoutSlips(fit.equations, fit.columns);
+  const Eigen::Map<const Eigen::VectorXd> sd(fit.columns.prior_sd.data(), scaled.rows());
+  scaled = sd.asDiagonal() * scaled * sd.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+  std::vector<Weakness> weaknesses;
+  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
+    const double value = eigen.eigenvalues()(i) / std::max(1.0, fit.variance);
+    if (value >= kKnown) break;
+    const std::string names = NameOfDirection({value, eigen.eigenvectors().col(i)}, fit.columns);
+    const auto same = [&](const Weakness& other) { return other.lost == names; };
+    if (std::any_of(weaknesses.begin(), weaknesses.end(), same)) continue;
+    weaknesses.push_back({names, CureFor(names)});
+  }
+  return weaknesses;
+}
+
+std::vector<Weakness> ThinCoverage(const Fit& fit, const Structure& structure,
+                                   const Observations& observations, const EyeBox& box) {
+  std::vector<Weakness> weaknesses;
+  CheckDirections(fit, structure, box, weaknesses);
+  CheckPanels(fit, structure, observations, weaknesses);
+  return weaknesses;
+}
+
+}  // namespace lamella

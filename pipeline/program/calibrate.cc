@@ -1,0 +1,212 @@
+// lamella calibrate: the patterns that a display shows, and photographs of them.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <system_error>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "distribute/displays.h"
+#include "lightfield/atomic_file.h"
+#include "pipeline/calibration_patterns.h"
+#include "pipeline/calibration_record.h"
+#include "pipeline/calibration_report.h"
+#include "pipeline/check_photos.h"
+#include "pipeline/program/command_line.h"
+#include "pipeline/report/calibration_page.h"
+#include "pipeline/solve_photos.h"
+
+namespace lamella {
+namespace {
+
+void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
+  struct Arguments {
+    std::string display, out, mode = "quick";
+  };
+  CLI::App& verb = *calibrate.add_subcommand(
+      "patterns", "what the display shows while it is photographed, and the list of the shots");
+  auto arguments = std::make_shared<Arguments>();
+  verb.add_option("DISPLAY", arguments->display, "preset or file")->required();
+  verb.add_option("--out", arguments->out, "folder to write to")->required();
+  verb.add_option("--mode", arguments->mode,
+                  "quick: a board of markers per panel; precise: sinusoids as well [quick]")
+      ->check(CLI::IsMember({"quick", "precise"}));
+  AddGlobalOptions(verb, invocation);
+  verb.footer(
+      "Writes the panels' images (PNG), shots.txt (how to photograph them), shots.json (what "
+      "every\n"
+      "panel shows in every shot, also for `lamella synth photos`), patterns.json and "
+      "display.toml.\n\n"
+      "Examples: patterns, virtual photographs of them, and what these are worth\n"
+      "  lamella calibrate patterns paper-two-layer --out patterns\n"
+      "  lamella synth photos --display paper-two-layer --shots patterns/shots.json --views 12 \\\n"
+      "      --out taken\n"
+      "  lamella calibrate check patterns taken/images");
+  verb.callback([arguments, &invocation] {
+    invocation.action = [arguments](Progress& progress) {
+      const Display display = FindDisplay(arguments->display);
+      const ShotList list = PlanShots(DesignCalibration(display), arguments->mode == "quick"
+                                                                      ? CalibrationMode::kQuick
+                                                                      : CalibrationMode::kPrecise);
+      WritePatterns(arguments->out, list, progress);
+      WriteTextAtomically(std::filesystem::path(arguments->out) / kPatternsDisplay,
+                          ToToml(display));
+      fmt::print("{} shots of {} panels; read {}/shots.txt\n", list.shots.size(),
+                 list.panels.size(), arguments->out);
+      return ExitCode::kDone;
+    };
+  });
+}
+
+ExitCode RunCheck(const std::string& patterns, const std::string& photos, Progress& progress) {
+  const CheckedPhotos checked = CheckPhotos(
+      patterns, photos,
+      [](const CheckedPhoto& photo, const std::string& shot) {
+        fmt::print("{}: position {}, {}: {}\n", photo.photo, photo.view + 1,
+                   shot.empty() ? "unknown" : shot, photo.verdict);
+        std::fflush(stdout);
+      },
+      progress);
+  for (const std::string& line : checked.missing) fmt::print("{}\n", line);
+  if (!checked.missing.empty()) return ExitCode::kInput;
+  const bool all_good = std::all_of(checked.photos.begin(), checked.photos.end(),
+                                    [](const CheckedPhoto& photo) { return photo.good; });
+  fmt::print("{} positions of {} shots, {}\n", checked.num_views, checked.list.shots.size(),
+             all_good ? "all good" : "complete; leave out what is no shot of the list");
+  return all_good ? ExitCode::kDone : ExitCode::kInput;
+}
+
+void AddCheck(CLI::App& calibrate, Invocation& invocation) {
+  struct Arguments {
+    std::string patterns, photos;
+  };
+  CLI::App& verb = *calibrate.add_subcommand(
+      "check", "are the photographs good? one line for each says which shot it is and what to do");
+  auto arguments = std::make_shared<Arguments>();
+  verb.add_option("DIR", arguments->patterns, "folder that `calibrate patterns` wrote")->required();
+  verb.add_option("PHOTOS", arguments->photos,
+                  "folder of the photographs so far; their names sort as they were taken")
+      ->required();
+  AddGlobalOptions(verb, invocation);
+  verb.footer(
+      "The exit code is 0 where every shot of every camera position is there and good, else 3.\n"
+      "A shot that has to be taken again may follow at any time before the camera is moved.");
+  verb.callback([arguments, &invocation] {
+    invocation.action = [arguments](Progress& progress) {
+      return RunCheck(arguments->patterns, arguments->photos, progress);
+    };
+  });
+}
+
+struct SolveArguments {
+  SolvePhotosOptions options;
+  std::filesystem::path out;
+};
+
+void AddSolveOptions(CLI::App& verb, SolveArguments& arguments) {
+  verb.add_option("DIR", arguments.options.patterns, "folder that `calibrate patterns` wrote")
+      ->required();
+  verb.add_option("PHOTOS", arguments.options.photos,
+                  "folder of the photographs, of one camera; their names sort as they were taken")
+      ->required();
+  verb.add_option("--display", arguments.options.display,
+                  "preset or file of the display as designed [the patterns' own]");
+  verb.add_option("--focal-px", arguments.options.focal_px, "the camera's, roughly [found]")
+      ->check(CLI::PositiveNumber);
+}
+
+// What is wrong with the place of a result is said before the minutes that it takes.
+void CheckWritable(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    throw UsageError(file.string(), "is a folder", "give the name of a file");
+  }
+  const AtomicFile probe(file);
+  if (std::ofstream(probe.temporary())) return;
+  throw MachineError(file.string(), "can't be written",
+                     "give a file in a folder that exists and that you may write to");
+}
+
+ExitCode CodeOf(const SolvedPhotos& solved, const std::string& not_written) {
+  if (solved.report.accepted()) return ExitCode::kDone;
+  const Weakness& first = solved.report.failures.front();
+  fmt::print(stderr, "lamella: {}: {}; {}\n", not_written, first.lost, first.cure);
+  return ExitCode::kGate;
+}
+
+// The calibration is written where it is certain enough, its reports in any case.
+ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
+  const std::filesystem::path& out = arguments.out;
+  std::filesystem::path text_file = out, page_file = out;
+  text_file.replace_extension(".report.txt");
+  page_file.replace_extension(".report.html");
+  for (const auto& file : {out, text_file, page_file}) CheckWritable(file);
+  const SolvedPhotos solved = SolvePhotos(arguments.options, progress);
+  const std::string text = DescribeCalibration(solved);
+  fmt::print("{}", text);
+  WriteTextAtomically(text_file, text);
+  WriteTextAtomically(page_file, CalibrationPage(solved));
+  if (solved.report.accepted()) {
+    SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
+  }
+  return CodeOf(solved, out.string() + " was not written");
+}
+
+void AddSolve(CLI::App& calibrate, Invocation& invocation) {
+  CLI::App& verb = *calibrate.add_subcommand(
+      "solve", "the display's calibration from the photographs, and how certain it is");
+  auto arguments = std::make_shared<SolveArguments>();
+  AddSolveOptions(verb, *arguments);
+  verb.add_option("--out", arguments->out, "calibration.json to write; its reports lie beside it")
+      ->required();
+  AddGlobalOptions(verb, invocation);
+  verb.footer(
+      "Beside FILE.json lie FILE.report.txt and FILE.report.html: what is known how well, what was "
+      "left\nout, and which photographs would help. The exit code is 4 where rays are not known to "
+      "0.03 px RMS\nand 0.1 px at worst, or something is lost: then only the reports are "
+      "written.\n\n"
+      "Example\n"
+      "  lamella calibrate solve patterns taken/images --out calibration.json");
+  verb.callback([arguments, &invocation] {
+    invocation.action = [arguments](Progress& progress) { return RunSolve(*arguments, progress); };
+  });
+}
+
+void AddReport(CLI::App& calibrate, Invocation& invocation) {
+  CLI::App& verb = *calibrate.add_subcommand(
+      "report", "a page of what the photographs are worth and what to photograph next");
+  auto arguments = std::make_shared<SolveArguments>();
+  AddSolveOptions(verb, *arguments);
+  verb.add_option("--out", arguments->out, "page (HTML) to write")->required();
+  AddGlobalOptions(verb, invocation);
+  verb.footer(
+      "The page that `calibrate solve` writes beside its calibration, alone; the same exit "
+      "codes.\n\n"
+      "Example\n"
+      "  lamella calibrate report patterns taken/images --out report.html");
+  verb.callback([arguments, &invocation] {
+    invocation.action = [arguments](Progress& progress) {
+      CheckWritable(arguments->out);
+      const SolvedPhotos solved = SolvePhotos(arguments->options, progress);
+      WriteTextAtomically(arguments->out, CalibrationPage(solved));
+      fmt::print("{}\n", arguments->out.string());
+      return CodeOf(solved, arguments->options.photos.string());
+    };
+  });
+}
+
+}  // namespace
+
+void AddCalibrate(CLI::App& program, Invocation& invocation) {
+  CLI::App& app = *program.add_subcommand(
+      "calibrate", "aligns a display by photographs of patterns that it shows");
+  app.require_subcommand(1);
+  AddPatterns(app, invocation);
+  AddCheck(app, invocation);
+  AddSolve(app, invocation);
+  AddReport(app, invocation);
+}
+
+}  // namespace lamella

@@ -1,0 +1,136 @@
+#include "calibration/shot_list.h"
+
+#include <set>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "lightfield/error.h"
+
+namespace lamella {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// Two barrier layers of 1920 x 1080, the one at the back seen in a mirror.
+Calibration TwoLayers() {
+  PanelCalibration panel;
+  panel.width_px = 1920;
+  panel.height_px = 1080;
+  panel.pitch_mm = 0.31;
+  LayerCalibration layer;
+  layer.emitter = panel;
+  layer.modulator = panel;
+  Calibration calibration{"two", {layer, layer}};
+  calibration.layers[0].emitter.mirror_x = true;
+  calibration.layers[0].modulator->mirror_x = true;
+  return calibration;
+}
+
+TEST(LayOutBoards, FillsTheReferencePanel) {
+  const auto boards = LayOutBoards({{1920, 1080}, {1920, 1080}, {1920, 1080}, {1920, 1080}});
+  ASSERT_EQ(boards.size(), 4U);
+  EXPECT_EQ(boards[0].columns, 24);
+  EXPECT_EQ(boards[0].rows, 13);
+  EXPECT_EQ(boards[0].square_px, 80);
+  EXPECT_EQ(boards[0].marker_px(), 48);
+  EXPECT_EQ(boards[0].top_px, 20);
+  EXPECT_EQ(boards[0].num_corners(), 276);
+  EXPECT_EQ(boards[0].num_markers(), 156);
+  EXPECT_EQ(boards[3].first_id, 468);
+  EXPECT_EQ(boards[0].CornerPx(0), Eigen::Vector2d(80, 100));
+  EXPECT_EQ(boards[0].CornerPx(275), Eigen::Vector2d(1840, 980));
+}
+
+TEST(LayOutBoards, SuitsOtherPanels) {
+  for (const PanelSize size : {PanelSize{1080, 1920}, {3840, 2160}, {640, 480}, {160, 120}}) {
+    const CharucoBoard board = LayOutBoards({size})[0];
+    EXPECT_EQ(board.rows % 2, 1);
+    EXPECT_EQ(board.square_px % 5, 0);
+    EXPECT_GE(board.left_px, 0);
+    EXPECT_LE(board.left_px + board.columns * board.square_px, size.width_px);
+    EXPECT_LE(board.top_px + board.rows * board.square_px, size.height_px);
+    EXPECT_LE(board.num_markers(), 200);
+  }
+  // Ten panels share the dictionary's 1000 markers.
+  const auto ten = LayOutBoards(std::vector<PanelSize>(10, {1920, 1080}));
+  EXPECT_LE(ten[9].first_id + ten[9].num_markers(), 1000);
+  EXPECT_EQ(ten[9].first_id, 9 * ten[0].num_markers());
+  EXPECT_THROW(LayOutBoards({{150, 120}}), Error);
+  EXPECT_THROW(LayOutBoards(std::vector<PanelSize>(400, {200, 100})), Error);
+}
+
+TEST(PlanShots, ShowsEveryPanelOnceAndTheFirstAgain) {
+  const ShotList list = PlanShots(TwoLayers(), CalibrationMode::kQuick);
+  std::vector<std::string> names;
+  for (const PatternShot& shot : list.shots) names.push_back(shot.name);
+  EXPECT_THAT(names, ElementsAre("01_dark", "02_layer0_white", "03_layer0_leak", "04_layer1_white",
+                                 "05_layer1_leak", "06_layer0_modulator_board",
+                                 "07_layer0_emitter_board", "08_layer1_modulator_board",
+                                 "09_layer1_emitter_board", "10_layer0_modulator_board_again"));
+  EXPECT_TRUE(list.panels[0].mirrored);
+  EXPECT_FALSE(list.panels[3].mirrored);
+}
+
+TEST(PlanShots, LightsThePanelUnderTestOnly) {
+  const ShotList list = PlanShots(TwoLayers(), CalibrationMode::kQuick);
+  const Pattern white{Pattern::Kind::kWhite}, black{Pattern::Kind::kBlack};
+  const auto shown = [&](std::size_t shot) { return ShownIn(list.shots[shot], 2); };
+  EXPECT_EQ(shown(0)[0].emitter, black);
+  EXPECT_EQ(shown(1)[0].emitter, white);
+  EXPECT_EQ(shown(1)[0].modulator, white);
+  EXPECT_EQ(shown(2)[0].emitter, white);
+  EXPECT_EQ(shown(2)[0].modulator, black);
+  EXPECT_EQ(shown(5)[0].emitter, white);  // behind the modulator under test
+  EXPECT_EQ(shown(5)[0].modulator.kind, Pattern::Kind::kBoard);
+  EXPECT_EQ(shown(6)[0].emitter.kind, Pattern::Kind::kBoard);
+  EXPECT_EQ(shown(6)[0].modulator, white);
+  EXPECT_EQ(shown(6)[1].emitter, black);
+  EXPECT_EQ(shown(8)[0].emitter, black);
+  EXPECT_EQ(shown(8)[1].emitter.kind, Pattern::Kind::kBoard);
+}
+
+// calibration.md section 3: 34 photographs per panel; white and dark or leak are shared.
+TEST(PlanShots, AddsSinusoidsInPreciseMode) {
+  const ShotList list = PlanShots(TwoLayers(), CalibrationMode::kPrecise);
+  EXPECT_EQ(list.shots.size(), 10U + 4 * 32);
+  EXPECT_EQ(list.shots[9].name, "010_layer0_modulator_u_0016_0");
+  EXPECT_EQ(list.shots.back().name, "138_layer0_modulator_board_again");
+  EXPECT_EQ(PatternFile(list.panels[0], list.shots[12].pattern), "phase_1920x1080_u_0016_3.png");
+}
+
+TEST(PlanShots, PutsNoBoardUnderLenses) {
+  Calibration calibration = TwoLayers();
+  calibration.layers[1].modulator.reset();
+  calibration.layers[1].lattice = LensLattice{};
+  const ShotList list = PlanShots(calibration, CalibrationMode::kQuick);
+  EXPECT_EQ(list.panels.size(), 3U);
+  EXPECT_FALSE(list.panels[2].board);
+  calibration.layers.erase(calibration.layers.begin());
+  EXPECT_THROW(PlanShots(calibration, CalibrationMode::kQuick), Error);
+  const ShotList precise = PlanShots(calibration, CalibrationMode::kPrecise);
+  EXPECT_EQ(precise.shots.size(), 2U + 32 + 1);
+  EXPECT_EQ(precise.shots.back().name, "35_layer0_emitter_u_0016_0_again");
+}
+
+TEST(PlanShots, LeavesOutBoardsThatHaveNoRoom) {
+  Calibration calibration = TwoLayers();
+  calibration.layers.pop_back();
+  calibration.layers[0].emitter.width_px = calibration.layers[0].modulator->width_px = 60;
+  EXPECT_THROW(PlanShots(calibration, CalibrationMode::kQuick), Error);
+  const ShotList list = PlanShots(calibration, CalibrationMode::kPrecise);
+  EXPECT_FALSE(list.panels[0].board);
+  EXPECT_EQ(list.shots.size(), 3U + 2 * 32 + 1);
+}
+
+TEST(DescribeShots, SaysWhatEveryShotIs) {
+  const std::string text = DescribeShots(PlanShots(TwoLayers(), CalibrationMode::kPrecise));
+  EXPECT_THAT(text, HasSubstr("138 photographs"));
+  EXPECT_THAT(text, HasSubstr("layer 1 emitter: board; its modulator white"));
+  EXPECT_THAT(text, HasSubstr("sinusoid along v of 2048 px, step 4 of 4; its emitter white"));
+}
+
+}  // namespace
+}  // namespace lamella
