@@ -102,6 +102,18 @@ std::vector<FoundMarker> DetectIn(const cv::Mat& grey) {
   return markers;
 }
 
+// OpenCV's corners are the middles of the outermost dark pixels: the edges lie half a pixel further
+// out.
+Quad Widened(const Quad& inner) {
+  Quad outer = inner;
+  for (std::size_t c = 0; c < 4; ++c) {
+    for (const std::size_t next : {(c + 1) % 4, (c + 3) % 4}) {
+      outer[c] += 0.5 * (inner[c] - inner[next]).normalized();
+    }
+  }
+  return outer;
+}
+
 // What to add to OpenCV's pixels, measured: releases differ in where they say that corners are, and
 // half a pixel would part what a mirror shows from what is seen directly. A small board is drawn
 // and searched; every marker must be where charuco_board.h lays it out.
@@ -162,6 +174,7 @@ std::vector<FoundMarker> FindMarkers(ImageSpan<const std::uint8_t> grey, bool mi
   if (mirrored) cv::flip(image, image, 1);
   std::vector<FoundMarker> markers = DetectIn(image);
   for (FoundMarker& marker : markers) {
+    marker.corners = Widened(marker.corners);
     for (Vector2d& corner : marker.corners) {
       corner.array() += offset;
       if (mirrored) corner.x() = grey.width - corner.x();

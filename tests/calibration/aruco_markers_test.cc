@@ -79,8 +79,7 @@ Image<std::uint8_t> PhotoOf(const PanelView& view, const CharucoBoard& board) {
   return codes;
 }
 
-// A marker's corners are half a pixel off, inwards: their mean is not. Directly and in a mirror,
-// where a wrong half pixel would show with the other sign.
+// Directly and in a mirror, where a wrong half pixel would show with the other sign.
 TEST(FindMarkers, PutsThemWhereTheyAre) {
   const CharucoBoard board = Board(1);
   for (const bool mirrored : {false, true}) {
@@ -105,7 +104,7 @@ TEST(FindMarkers, PutsThemWhereTheyAre) {
       const Vector2d offsets[] = {{0, 0}, {side, 0}, {side, side}, {0, side}};
       for (std::size_t c = 0; c < 4; ++c) {
         const Vector2d error = marker.corners[c] - view.ImageFromPanel(top_left + offsets[c]);
-        EXPECT_LT(error.norm(), 2.5) << marker.id << " " << c;
+        EXPECT_LT(error.norm(), 1.2) << marker.id << " " << c;
         bias += error / static_cast<double>(4 * found.size());
       }
     }

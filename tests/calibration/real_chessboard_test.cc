@@ -227,7 +227,6 @@ TEST_F(RealChessboard, IsFittedBetterByOwnCornersWithAnHonestDeviation) {
     squares += px * px;
   }
   const double jackknife = std::sqrt((n - 1) / n * (squares - sum * sum / n));
-  std::printf("focal %f sd %f jack %f\n", focal.px, focal.sd_px, jackknife);
   EXPECT_GT(focal.sd_px / jackknife, 0.5);
   EXPECT_LT(focal.sd_px / jackknife, 2);
 }
