@@ -294,9 +294,12 @@ double BrightLevel(ImageSpan<const float> grey) {
   return static_cast<double>(*at);
 }
 
-// 8 bits, the brightest near full scale.
-Image<std::uint8_t> Codes(ImageSpan<const float> grey, double bright) {
-  const auto scale = static_cast<float>(230 / std::max(bright, 1e-6));
+// 8 bits, the brightest near full scale, as far as noise stays well within the 7 codes by which
+// OpenCV's threshold passes what is dark: noise would be full of outlines.
+Image<std::uint8_t> Codes(ImageSpan<const float> grey, double bright, double noise) {
+  constexpr double kWhite = 230, kMostNoise = 3;
+  const auto scale =
+      static_cast<float>(std::min(kWhite / std::max(bright, 1e-6), kMostNoise / noise));
   Image<std::uint8_t> codes(grey.width, grey.height);
   for (int y = 0; y < grey.height; ++y) {
     std::transform(grey.row(y), grey.row(y) + grey.width, codes.row(y), [scale](float value) {
@@ -334,7 +337,7 @@ std::optional<BoardSighting> DetectBoard(ImageSpan<const float> grey,
   const double noise = EstimateNoise(grey), bright = BrightLevel(grey);
   const double least_contrast =
       std::max(kLeastContrastOfBright * bright, kLeastContrastOfNoise * noise);
-  std::vector<Candidate> candidates = FindCandidates(Codes(grey, bright), boards);
+  std::vector<Candidate> candidates = FindCandidates(Codes(grey, bright, noise), boards);
   const auto most = std::max_element(
       candidates.begin(), candidates.end(),
       [](const Candidate& a, const Candidate& b) { return a.markers.size() < b.markers.size(); });
