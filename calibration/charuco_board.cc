@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "calibration/marker_dictionary.h"
+#include "calibration/aruco_markers.h"
 #include "lightfield/error.h"
 
 namespace lamella {
@@ -30,19 +30,6 @@ CharucoBoard LayOutCoarse(const PanelSize& panel, int coarseness) {
   const double side = std::sqrt(static_cast<double>(panel.width_px) * panel.height_px / kSquares);
   const int square = std::max(kLeastSquare, static_cast<int>(side) / kSquareStep * kSquareStep);
   return LayOut(panel, square + coarseness * kSquareStep);
-}
-
-// Module edges are rounded to whole pixels where the side is no multiple of 8.
-void DrawMarker(MarkerBits bits, int side_px, ImageSpan<Rgb8> image) {
-  for (int v = 0; v < side_px; ++v) {
-    for (int u = 0; u < side_px; ++u) {
-      const int i = u * kMarkerSideModules / side_px - 1, j = v * kMarkerSideModules / side_px - 1;
-      const bool inside = i >= 0 && j >= 0 && i < kMarkerModules && j < kMarkerModules;
-      const bool white =
-          inside && (bits >> static_cast<unsigned>(i + kMarkerModules * j) & 1U) != 0;
-      image(u, v) = white ? Rgb8{255, 255, 255} : Rgb8{};
-    }
-  }
 }
 
 }  // namespace
@@ -81,19 +68,12 @@ std::vector<CharucoBoard> LayOutBoards(const std::vector<PanelSize>& panels) {
 
 Image<Rgb8> DrawBoard(const CharucoBoard& board) {
   Image<Rgb8> image(board.panel_width_px, board.panel_height_px, {255, 255, 255});
-  const int margin = (board.square_px - board.marker_px()) / 2;
-  int id = board.first_id;
-  for (int row = 0; row < board.rows; ++row) {
-    for (int column = 0; column < board.columns; ++column) {
-      const ImageSpan<Rgb8> square = image.span().Sub({board.left_px + column * board.square_px,
-                                                       board.top_px + row * board.square_px,
-                                                       board.square_px, board.square_px});
-      if ((row + column) % 2 == 0) {
-        for (int v = 0; v < square.height; ++v) std::fill_n(square.row(v), square.width, Rgb8{});
-      } else {
-        DrawMarker(BitsOfMarker(id++), board.marker_px(),
-                   square.Sub({margin, margin, board.marker_px(), board.marker_px()}));
-      }
+  const Image<std::uint8_t> squares =
+      DrawCharuco(board.columns, board.rows, board.square_px, board.marker_px(), board.first_id);
+  for (int v = 0; v < squares.height(); ++v) {
+    Rgb8* row = image.row(board.top_px + v) + board.left_px;
+    for (int u = 0; u < squares.width(); ++u) {
+      row[u] = {squares(u, v), squares(u, v), squares(u, v)};
     }
   }
   return image;

@@ -1,5 +1,6 @@
-// ChArUco boards that fill a panel: a chessboard whose white squares hold markers, so that every
-// corner has an identity (calibration.md sections 3 and 4).
+// ChArUco boards (OpenCV's, of its dictionary DICT_5X5_1000) that fill a panel: a chessboard whose
+// white squares hold markers, so that every corner has an identity (calibration.md sections 3 and
+// 4).
 #pragma once
 
 #include <vector>
@@ -17,7 +18,7 @@ struct CharucoBoard {
   int columns = 0, rows = 0;  // squares; an odd number of rows
   int square_px = 0;          // a multiple of 5, so that markers of 0.6 squares are whole
   int left_px = 0, top_px = 0;
-  int first_id = 0;  // of its markers (marker_dictionary.h)
+  int first_id = 0;  // of its markers
 
   int marker_px() const { return square_px * 3 / 5; }
   int num_markers() const { return columns * rows / 2; }
@@ -29,7 +30,7 @@ struct CharucoBoard {
 struct PanelSize {
   int width_px = 0, height_px = 0;
 };
-// 4 x 3 squares of 40 px, of whose markers a module has 3 px.
+// 4 x 3 squares of 40 px, of whose markers a module has 3 px or more.
 bool HasRoomForBoard(const PanelSize& panel);
 
 // Boards of about 24 x 13 squares whose markers' identities are distinct over all panels; of fewer

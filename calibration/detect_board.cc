@@ -9,7 +9,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "calibration/find_markers.h"
+#include "calibration/aruco_markers.h"
+#include "calibration/homography.h"
+#include "calibration/read_marker.h"
 #include "calibration/saddle.h"
 
 namespace lamella {
@@ -153,22 +155,6 @@ std::optional<Saddle> CornerNear(ImageSpan<const float> grey,
   return saddle;
 }
 
-// The markers of each board and handedness.
-using Groups = std::map<std::pair<std::size_t, bool>, std::vector<FoundMarker>>;
-
-Groups GroupMarkers(const std::vector<FoundMarker>& found,
-                    const std::vector<CharucoBoard>& boards) {
-  Groups groups;
-  for (const FoundMarker& marker : found) {
-    for (std::size_t b = 0; b < boards.size(); ++b) {
-      const int index = marker.id - boards[b].first_id;
-      if (index < 0 || index >= boards[b].num_markers()) continue;
-      groups[{b, marker.mirrored}].push_back(marker);
-    }
-  }
-  return groups;
-}
-
 // One identity seen at two places is none.
 PlacedMarkers PlaceAll(const std::vector<FoundMarker>& found, const CharucoBoard& board) {
   std::map<int, int> times;
@@ -180,6 +166,119 @@ PlacedMarkers PlaceAll(const std::vector<FoundMarker>& found, const CharucoBoard
     placed.emplace(square, Place(square, marker.corners));
   }
   return placed;
+}
+
+// A board in a photograph: its markers, and the corners beside them.
+class Reader {
+ public:
+  Reader(ImageSpan<const float> grey, const CharucoBoard& board, PlacedMarkers markers,
+         double noise, double least_contrast)
+      : grey_(grey),
+        board_(board),
+        markers_(std::move(markers)),
+        noise_(noise),
+        least_contrast_(least_contrast),
+        corners_(static_cast<std::size_t>(board.num_corners())) {
+    for (const auto& [square, marker] : markers_) RefineBeside(square);
+  }
+
+  // Markers beyond those that were found are read where the corners around put them, as far as
+  // that leads.
+  void ReadMissing() {
+    for (bool more = true; more;) {
+      PlacedMarkers read;
+      for (int m = 0; m < board_.num_markers(); ++m) {
+        const Square square = SquareOf(board_, m);
+        if (markers_.contains(square)) continue;
+        const auto marker = Predicted(square);
+        if (!marker) continue;
+        if (ShowsMarker(grey_, marker->corners, board_.first_id + m, least_contrast_)) {
+          read.emplace(square, *marker);
+        }
+      }
+      more = !read.empty();
+      markers_.insert(read.begin(), read.end());
+      for (const auto& [square, marker] : read) RefineBeside(square);
+    }
+  }
+
+  const PlacedMarkers& markers() const { return markers_; }
+  const std::vector<std::optional<Saddle>>& corners() const { return corners_; }
+
+ private:
+  std::optional<Saddle>* CornerAt(int i, int j) {
+    if (i < 0 || j < 0 || i >= board_.columns - 1 || j >= board_.rows - 1) return nullptr;
+    return &corners_[static_cast<std::size_t>(i + j * (board_.columns - 1))];
+  }
+
+  void RefineBeside(const Square& square) {
+    for (int j = square.row - 1; j <= square.row; ++j) {
+      for (int i = square.column - 1; i <= square.column; ++i) {
+        std::optional<Saddle>* corner = CornerAt(i, j);
+        if (corner == nullptr || *corner) continue;
+        *corner = CornerNear(grey_, MarkersBeside(markers_, i, j), i, j, noise_);
+      }
+    }
+  }
+
+  // By the homography of the corners within two squares.
+  std::optional<Placed> Predicted(const Square& square) {
+    constexpr int kReach = 2, kLeastCorners = 6;
+    constexpr double kMargin = 0.2;
+    std::vector<Vector2d> on_board, in_image;
+    for (int j = square.row - 1 - kReach; j <= square.row + kReach; ++j) {
+      for (int i = square.column - 1 - kReach; i <= square.column + kReach; ++i) {
+        const std::optional<Saddle>* corner = CornerAt(i, j);
+        if (corner == nullptr || !*corner) continue;
+        on_board.emplace_back(i + 1, j + 1);
+        in_image.push_back((*corner)->position_px);
+      }
+    }
+    if (on_board.size() < kLeastCorners) return std::nullopt;
+    const auto columns = [](const std::vector<Vector2d>& points) {
+      return Eigen::Map<const Eigen::Matrix2Xd>(points.front().data(), 2,
+                                                static_cast<Eigen::Index>(points.size()));
+    };
+    const auto image_from_squares = FitHomography(columns(on_board), columns(in_image));
+    if (!image_from_squares) return std::nullopt;
+    Placed marker{{}, *image_from_squares};
+    const double left = square.column + kMargin, right = square.column + 1 - kMargin;
+    const double top = square.row + kMargin, bottom = square.row + 1 - kMargin;
+    marker.corners = {marker.At(left, top), marker.At(right, top), marker.At(right, bottom),
+                      marker.At(left, bottom)};
+    return marker;
+  }
+
+  ImageSpan<const float> grey_;
+  const CharucoBoard& board_;
+  PlacedMarkers markers_;
+  double noise_, least_contrast_;
+  std::vector<std::optional<Saddle>> corners_;
+};
+
+// A board and handedness, and its markers that confirm each other.
+struct Candidate {
+  std::size_t board = 0;
+  bool mirrored = false;
+  PlacedMarkers markers;
+};
+
+std::vector<Candidate> FindCandidates(const Image<std::uint8_t>& codes,
+                                      const std::vector<CharucoBoard>& boards) {
+  std::vector<Candidate> candidates;
+  for (const bool mirrored : {false, true}) {
+    const std::vector<FoundMarker> found = FindMarkers(codes.span(), mirrored);
+    for (std::size_t b = 0; b < boards.size(); ++b) {
+      std::vector<FoundMarker> of_board;
+      std::copy_if(found.begin(), found.end(), std::back_inserter(of_board),
+                   [&](const FoundMarker& marker) {
+                     const int index = marker.id - boards[b].first_id;
+                     return index >= 0 && index < boards[b].num_markers();
+                   });
+      candidates.push_back({b, mirrored, Confirmed(PlaceAll(of_board, boards[b]))});
+    }
+  }
+  return candidates;
 }
 
 // The 99th percentile.
@@ -195,51 +294,65 @@ double BrightLevel(ImageSpan<const float> grey) {
   return static_cast<double>(*at);
 }
 
+// 8 bits, the brightest near full scale, as far as noise stays well within the 7 codes by which
+// OpenCV's threshold passes what is dark: noise would be full of outlines.
+Image<std::uint8_t> Codes(ImageSpan<const float> grey, double bright, double noise) {
+  constexpr double kWhite = 230, kMostNoise = 3;
+  const auto scale =
+      static_cast<float>(std::min(kWhite / std::max(bright, 1e-6), kMostNoise / noise));
+  Image<std::uint8_t> codes(grey.width, grey.height);
+  for (int y = 0; y < grey.height; ++y) {
+    std::transform(grey.row(y), grey.row(y) + grey.width, codes.row(y), [scale](float value) {
+      return static_cast<std::uint8_t>(std::clamp(scale * value + 0.5F, 0.0F, 255.0F));
+    });
+  }
+  return codes;
+}
+
+BoardSighting SightingOf(ImageSpan<const float> grey, const Candidate& candidate,
+                         const CharucoBoard& board, const Reader& reader) {
+  BoardSighting sighting{
+      candidate.board, candidate.mirrored, static_cast<int>(reader.markers().size()), 0, 0, {}};
+  std::vector<double> scales, blurs;
+  for (const auto& [square, marker] : reader.markers()) {
+    scales.push_back(SideOf(marker) / board.marker_px());
+  }
+  for (std::size_t c = 0; c < reader.corners().size(); ++c) {
+    const std::optional<Saddle>& saddle = reader.corners()[c];
+    if (!saddle) continue;
+    sighting.points.push_back(
+        {board.CornerPx(static_cast<int>(c)), saddle->position_px, saddle->covariance_px2});
+    blurs.push_back(BlurAround(grey, saddle->position_px, kMostHalfWindow));
+  }
+  sighting.scale = Median(scales);
+  sighting.blur_px = Median(blurs);
+  return sighting;
+}
+
 }  // namespace
 
 std::optional<BoardSighting> DetectBoard(ImageSpan<const float> grey,
                                          const std::vector<CharucoBoard>& boards) {
   constexpr double kLeastContrastOfBright = 0.06, kLeastContrastOfNoise = 10;
-  const double noise = EstimateNoise(grey);
-  const std::vector<FoundMarker> found =
-      FindMarkers(grey, static_cast<float>(std::max(kLeastContrastOfBright * BrightLevel(grey),
-                                                    kLeastContrastOfNoise * noise)));
-  const Groups groups = GroupMarkers(found, boards);
+  const double noise = EstimateNoise(grey), bright = BrightLevel(grey);
+  const double least_contrast =
+      std::max(kLeastContrastOfBright * bright, kLeastContrastOfNoise * noise);
+  std::vector<Candidate> candidates = FindCandidates(Codes(grey, bright, noise), boards);
   const auto most = std::max_element(
-      groups.begin(), groups.end(),
-      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
-  if (most == groups.end()) return std::nullopt;
-  for (const auto& [key, markers] : groups) {
-    if (key != most->first &&
-        kRatio * static_cast<double>(markers.size()) > static_cast<double>(most->second.size())) {
+      candidates.begin(), candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.markers.size() < b.markers.size(); });
+  if (most == candidates.end() || most->markers.empty()) return std::nullopt;
+  const CharucoBoard& board = boards[most->board];
+  Reader reader(grey, board, most->markers, noise, least_contrast);
+  reader.ReadMissing();
+  const auto count = static_cast<double>(reader.markers().size());
+  if (count < kLeastMarkers) return std::nullopt;
+  for (auto other = candidates.begin(); other != candidates.end(); ++other) {
+    if (other != most && kRatio * static_cast<double>(other->markers.size()) > count) {
       return std::nullopt;
     }
   }
-  const CharucoBoard& board = boards[most->first.first];
-  const PlacedMarkers markers = Confirmed(PlaceAll(most->second, board));
-  if (static_cast<int>(markers.size()) < kLeastMarkers) return std::nullopt;
-  BoardSighting sighting{most->first.first,
-                         most->first.second,
-                         static_cast<int>(markers.size()),
-                         static_cast<int>(found.size() - markers.size()),
-                         0,
-                         0,
-                         {}};
-  std::vector<double> scales, blurs;
-  for (const auto& [square, marker] : markers) scales.push_back(SideOf(marker) / board.marker_px());
-  sighting.scale = Median(scales);
-  for (int corner = 0; corner < board.num_corners(); ++corner) {
-    const int i = corner % (board.columns - 1), j = corner / (board.columns - 1);
-    const auto beside = MarkersBeside(markers, i, j);
-    if (beside.empty()) continue;
-    const auto saddle = CornerNear(grey, beside, i, j, noise);
-    if (!saddle) continue;
-    sighting.points.push_back(
-        {board.CornerPx(corner), saddle->position_px, saddle->covariance_px2});
-    blurs.push_back(BlurAround(grey, saddle->position_px, kMostHalfWindow));
-  }
-  sighting.blur_px = Median(blurs);
-  return sighting;
+  return SightingOf(grey, *most, board, reader);
 }
 
 }  // namespace lamella

@@ -40,7 +40,7 @@ PhotoFacts Good(const ShotList& list, std::size_t index, const Vector2d& shift =
   facts.panel = shot.panel;
   for (std::size_t p = 0; p < list.panels.size(); ++p) {
     if (list.panels[p].id != shot.panel) continue;
-    BoardSighting seen{p, list.panels[p].mirrored, 150, 0, 1.1, 1.0, {}};
+    BoardSighting seen{p, list.panels[p].mirrored, 150, 1.1, 1.0, {}};
     std::mt19937 random(static_cast<unsigned>(index));
     std::normal_distribution<double> noise(0, 0.015);
     for (int c = 0; c < list.panels[p].board->num_corners(); ++c) {

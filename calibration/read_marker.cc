@@ -1,14 +1,14 @@
-#include "calibration/find_markers.h"
+#include "calibration/read_marker.h"
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-
-#include "calibration/marker_dictionary.h"
 
 namespace lamella {
 namespace {
@@ -16,9 +16,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-constexpr int kLeastSidePx = 10;
 constexpr int kBorderModules = 4 * (kMarkerSideModules - 1);
-constexpr int kMostLightBorder = 2;
+constexpr int kMostLightBorder = 2, kMostWrong = 2;
 // Undoes part of a blur that is wide for the modules: from a module the mean of its neighbours.
 constexpr double kSharpening = 1;
 
@@ -60,7 +59,7 @@ class Modules {
 // The middle between the black border and the white around it; nothing where these do not differ
 // enough or the border is not black.
 std::optional<double> Threshold(const Modules& modules, double least_contrast) {
-  constexpr double kOutside = 1.3;  // modules; the white around is 8/3 wide
+  constexpr double kOutside = 1.3;  // modules; the white around is 7/3 wide
   double black = 0, white = 0;
   std::array<double, kBorderModules> border{};
   std::size_t next = 0;
@@ -84,11 +83,12 @@ std::optional<double> Threshold(const Modules& modules, double least_contrast) {
   return light_ones > kMostLightBorder ? std::nullopt : std::optional(middle);
 }
 
-std::optional<FoundMarker> Decode(ImageSpan<const float> grey, const Quad& quad,
-                                  double least_contrast) {
-  const Modules modules(grey, quad);
+}  // namespace
+
+bool ShowsMarker(ImageSpan<const float> grey, const Quad& corners, int id, double least_contrast) {
+  const Modules modules(grey, corners);
   const auto threshold = Threshold(modules, least_contrast);
-  if (!threshold) return std::nullopt;
+  if (!threshold) return false;
   std::array<std::array<double, kMarkerSideModules>, kMarkerSideModules> levels{};
   for (int j = 0; j < kMarkerSideModules; ++j) {
     for (int i = 0; i < kMarkerSideModules; ++i) {
@@ -106,28 +106,8 @@ std::optional<FoundMarker> Decode(ImageSpan<const float> grey, const Quad& quad,
       }
     }
   }
-  const auto known = FindMarker(read);
-  if (!known) return std::nullopt;
-  FoundMarker marker{known->id, known->turn.mirrored, {}};
-  for (int c = 0; c < 4; ++c) {
-    marker.corners[static_cast<std::size_t>(c)] =
-        quad[static_cast<std::size_t>(known->turn.CornerOf(c))];
-  }
-  return marker;
+  return std::popcount(read ^ BitsOfMarker(id)) <= kMostWrong;
 }
-
-bool IsPlausible(const Quad& quad) {
-  constexpr double kMostRatio = 5;
-  double least = std::numeric_limits<double>::infinity(), most = 0;
-  for (std::size_t s = 0; s < 4; ++s) {
-    const double length = (quad[(s + 1) % 4] - quad[s]).norm();
-    least = std::min(least, length);
-    most = std::max(most, length);
-  }
-  return least >= kLeastSidePx && most <= kMostRatio * least;
-}
-
-}  // namespace
 
 // Heckbert 1989: the projective map of a unit square.
 Matrix3d HomographyFromUnitSquare(const Quad& q) {
@@ -140,18 +120,6 @@ Matrix3d HomographyFromUnitSquare(const Quad& q) {
   h.col(1) << q[3] - q[0] + gh.y() * q[3], gh.y();
   h.col(2) << q[0], 1;
   return h;
-}
-
-std::vector<FoundMarker> FindMarkers(ImageSpan<const float> grey, float least_contrast) {
-  std::vector<FoundMarker> markers;
-  const Image<std::uint8_t> dark = DarkPixels(grey, least_contrast);
-  for (const Region& region : ConnectedRegions(dark, kLeastSidePx)) {
-    const auto quad = FitQuad(region);
-    if (!quad || !IsPlausible(*quad)) continue;
-    const auto marker = Decode(grey, *quad, static_cast<double>(least_contrast));
-    if (marker) markers.push_back(*marker);
-  }
-  return markers;
 }
 
 }  // namespace lamella
