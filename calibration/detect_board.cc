@@ -208,7 +208,8 @@ class Reader {
  private:
   std::optional<Saddle>* CornerAt(int i, int j) {
     if (i < 0 || j < 0 || i >= board_.columns - 1 || j >= board_.rows - 1) return nullptr;
-    return &corners_[static_cast<std::size_t>(i + j * (board_.columns - 1))];
+    const int corner = i + j * (board_.columns - 1);
+    return &corners_[static_cast<std::size_t>(corner)];
   }
 
   void RefineBeside(const Square& square) {

@@ -1,6 +1,7 @@
 // Boards against OpenCV's own reading of them, markers against their places in photographs.
 #include "calibration/aruco_markers.h"
 
+#include <cmath>
 #include <set>
 #include <vector>
 
@@ -74,7 +75,7 @@ Image<std::uint8_t> PhotoOf(const PanelView& view, const CharucoBoard& board) {
   const Image<float> photo = Exposed(view.Photograph(DrawBoard(board).span()).span(), {}, 1);
   Image<std::uint8_t> codes(photo.width(), photo.height());
   for (std::size_t i = 0; i < codes.size(); ++i) {
-    codes.data()[i] = static_cast<std::uint8_t>(255 * photo.data()[i] + 0.5F);
+    codes.data()[i] = static_cast<std::uint8_t>(std::lround(255 * photo.data()[i]));
   }
   return codes;
 }
