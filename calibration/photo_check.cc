@@ -285,7 +285,7 @@ Observations ObservationsOf(const ShotList& list, const std::vector<CheckedPhoto
   for (const CheckedPhoto& photo : photos) {
     if (!photo.usable) continue;
     if (observations.cameras.empty()) {
-      observations.cameras.push_back({"camera", photo.facts.width, photo.facts.height, 0});
+      observations.cameras.push_back({"body", photo.facts.width, photo.facts.height, 0});
     }
     observations.photos.push_back(
         {list.shots[*photo.shot].panel, photo.view, 0, photo.photo, photo.facts.sighting->points});
