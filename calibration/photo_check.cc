@@ -240,7 +240,8 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
     }
   }
   photo.good = advice.good;
-  photo.usable = shot.kind == Kind::kBoard && !shot.again && IsUsable(photo.facts, list_, shot);
+  photo.usable = shot.kind == Kind::kBoard && !shot.again &&
+                 (advice.good || IsUsable(photo.facts, list_, shot));
   photo.verdict = (advice.good ? "good" : "take again") +
                   (advice.text.empty() ? std::string() : ": " + advice.text);
 }
