@@ -240,7 +240,8 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
     }
   }
   photo.good = advice.good;
-  photo.usable = shot.kind == Kind::kBoard && !shot.again && IsUsable(photo.facts, list_, shot);
+  photo.usable = shot.kind == Kind::kBoard && !shot.again &&
+                 (advice.good || IsUsable(photo.facts, list_, shot));
   photo.verdict = (advice.good ? "good" : "take again") +
                   (advice.text.empty() ? std::string() : ": " + advice.text);
 }
@@ -285,7 +286,7 @@ Observations ObservationsOf(const ShotList& list, const std::vector<CheckedPhoto
   for (const CheckedPhoto& photo : photos) {
     if (!photo.usable) continue;
     if (observations.cameras.empty()) {
-      observations.cameras.push_back({"camera", photo.facts.width, photo.facts.height, 0});
+      observations.cameras.push_back({"body", photo.facts.width, photo.facts.height, 0});
     }
     observations.photos.push_back(
         {list.shots[*photo.shot].panel, photo.view, 0, photo.photo, photo.facts.sighting->points});

@@ -133,7 +133,7 @@ Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
       observations.photos.push_back(std::move(*seen));
       if (!observations.cameras.empty()) continue;
       const PhotoFacts& facts = checked.photos.front().facts;
-      observations.cameras.push_back({"camera", facts.width, facts.height, 0});
+      observations.cameras.push_back({"body", facts.width, facts.height, 0});
     }
   }
   LeaveOut(MovedPositions(checked), photos.string(), observations);

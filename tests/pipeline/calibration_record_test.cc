@@ -136,7 +136,7 @@ TEST(CalibrationRecord, RefusesWithOneLine) {
   EXPECT_THAT(refusal("\"gap_mm\": 7.45", "\"gap_mm\": \"x\""), HasSubstr("layers[0]: \"gap_mm\""));
   EXPECT_THAT(refusal("\"mirror_x\": true", "\"mirror_x\": 1"), HasSubstr("true or false"));
   EXPECT_THAT(refusal("\"hexagonal\"", "\"hex\""), HasSubstr("line, square or hexagonal"));
-  EXPECT_THAT(refusal("\"chi2\"", "\"chi\""), HasSubstr("measured: \"chi\""));
+  EXPECT_THAT(refusal("\"chi2\"", "\"chi\""), HasSubstr("measured: there is no key \"chi\""));
   EXPECT_THAT(refusal("\"rms_sd_px\": ", "\"rms_sd_px\": -"), HasSubstr("0 or more"));
   EXPECT_THAT(refusal("\"freed\": true", "\"freed\": 1"), HasSubstr("true or false"));
   EXPECT_THAT(refusal("{", "["), HasSubstr("is no JSON"));
