@@ -1,8 +1,11 @@
 #include "depth/estimate.h"
 
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "depth/method.h"
+#include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
@@ -12,6 +15,23 @@ bool HasAll(const DepthStore& store, int pass, int num_views) {
     if (!store.Has(pass, v)) return false;
   }
   return true;
+}
+
+// A map is saved while the next one is made.
+void RunPass(int pass, int num_views, DepthMethod& method, DepthStore& store, Progress& progress) {
+  std::optional<DepthMap> made;
+  for (int view = 0; view <= num_views; ++view) {
+    std::optional<DepthMap> next;
+    ParallelForEach(0, 2, [&](std::int64_t task) {
+      if (task == 0 && view < num_views && !store.Has(pass, view)) {
+        next = pass == 0 ? method.Match(view) : method.Refine(pass, view);
+      } else if (task == 1 && view > 0) {
+        if (made) store.Save(pass, view - 1, *made);
+        progress.Advance();
+      }
+    });
+    made = std::move(next);
+  }
 }
 
 }  // namespace
@@ -100,12 +120,7 @@ DepthReport EstimateDepth(const ViewSet& set, const DepthOptions& options, Depth
   progress.Start("depth", static_cast<std::int64_t>(num_views) * passes, "maps");
   const bool finished = HasAll(store, passes - 1, num_views);
   for (int pass = 0; pass < passes && !finished; ++pass) {
-    for (int view = 0; view < num_views; ++view) {
-      if (!store.Has(pass, view)) {
-        store.Save(pass, view, pass == 0 ? method->Match(view) : method->Refine(pass, view));
-      }
-      progress.Advance();
-    }
+    RunPass(pass, num_views, *method, store, progress);
   }
   return method->Report();
 }

@@ -49,6 +49,7 @@ void ApplyQuality(Quality quality, DepthOptions& options);
 
 // Where the estimate finds photographs and keeps maps between its passes, so that it touches no
 // disk itself and an interrupted estimate can be taken up again.
+// Photographs and maps are read by many threads, and a map may be saved meanwhile.
 class DepthStore {
  public:
   virtual ~DepthStore() = default;

@@ -36,12 +36,19 @@ class SweepMethod final : public DepthMethod {
 
   DepthMap Match(int view) override {
     const Plan& plan = PlanOf(view);
-    const auto reference = photos_.Get(view);
-    if (plan.sources.empty()) return Unknown(reference->camera);
-    std::vector<std::shared_ptr<const SweepView>> keep;
-    const Inputs inputs = InputsOf(view, *reference, plan.sources, keep);
+    if (plan.sources.empty()) return Unknown(SmallCamera(view));
+    std::vector<int> all = plan.sources;
+    all.push_back(view);
+    const std::vector<std::shared_ptr<const SweepView>> photos = photos_.Get(all);
+    const SweepView& reference = *photos.back();
+    Inputs inputs;
+    for (std::size_t i = 0; i < plan.sources.size(); ++i) {
+      inputs.sources.push_back(photos[i].get());
+      inputs.maps.push_back(
+          MapPictures(reference.camera, PoseOf(view), photos[i]->camera, PoseOf(plan.sources[i])));
+    }
     return ToDepth(
-        EstimateSweepView(*reference, inputs.sources, inputs.maps, plan.labels, Options()));
+        EstimateSweepView(reference, inputs.sources, inputs.maps, plan.labels, Options()));
   }
 
   DepthMap Refine(int pass, int view) override {
@@ -52,12 +59,14 @@ class SweepMethod final : public DepthMethod {
     const std::vector<int> checks =
         ChooseSources(NeighboursOf(view), kCheckAngleDeg, options_.check_views);
     if (plan.sources.empty() || checks.empty()) return Unknown(camera);
-    std::vector<std::shared_ptr<const InverseDepthMap>> keep;
+    std::vector<int> all = checks;
+    all.push_back(view);
+    const std::vector<std::shared_ptr<const InverseDepthMap>> maps = maps_.Get(all);
     std::vector<NeighbourMap> neighbours;
-    for (const int v : checks) {
-      keep.push_back(maps_.Get(v));
+    for (std::size_t i = 0; i < checks.size(); ++i) {
+      const int v = checks[i];
       const Camera other = SmallCamera(v);
-      neighbours.push_back({keep.back().get(), MapPictures(camera, PoseOf(view), other, PoseOf(v)),
+      neighbours.push_back({maps[i].get(), MapPictures(camera, PoseOf(view), other, PoseOf(v)),
                             MapPictures(other, PoseOf(v), camera, PoseOf(view))});
     }
     const double scale = std::max(camera.width, camera.height) / 1536.0;
@@ -67,7 +76,7 @@ class SweepMethod final : public DepthMethod {
     options.return_px = std::max(1.0, kReturnSteps * options_.sweep_step_px);
     options.agreeing = options_.check_agreeing;
     options.min_component = static_cast<int>(std::lround(kComponentPx * scale * scale));
-    return ToDepth(MakeConsistent(*maps_.Get(view), neighbours, options));
+    return ToDepth(MakeConsistent(*maps.back(), neighbours, options));
   }
 
   DepthReport Report() const override {
@@ -129,18 +138,6 @@ class SweepMethod final : public DepthMethod {
 
   static DepthMap Unknown(const Camera& camera) {
     return {Image<float>(camera.width, camera.height), Image<float>(camera.width, camera.height)};
-  }
-
-  Inputs InputsOf(int view, const SweepView& reference, const std::vector<int>& sources,
-                  std::vector<std::shared_ptr<const SweepView>>& keep) {
-    Inputs inputs;
-    for (const int v : sources) {
-      keep.push_back(photos_.Get(v));
-      inputs.sources.push_back(keep.back().get());
-      inputs.maps.push_back(
-          MapPictures(reference.camera, PoseOf(view), keep.back()->camera, PoseOf(v)));
-    }
-    return inputs;
   }
 
   // Of the capture's points, or measured in small photographs; nothing where nothing is sure.

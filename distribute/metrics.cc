@@ -59,7 +59,9 @@ using Sums = std::vector<Sum>;  // of each region
 class ChannelSimilarity {
  public:
   ChannelSimilarity(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, int channel)
-      : a_(a), b_(b), channel_(channel), similarity_(static_cast<std::size_t>(a.width)) {}
+      : a_(a), b_(b), channel_(channel), similarity_(static_cast<std::size_t>(a.width)) {
+    for (int x = 0; x < a.width; ++x) column_sums_.push_back(window_.SumAt(x, a.width));
+  }
 
   // For rising rows only.
   const std::vector<double>& OfRow(int y) {
@@ -71,9 +73,7 @@ class ChannelSimilarity {
     }
     std::vector<double> scale;
     const double rows_sum = window_.SumAt(y, a_.height);
-    for (int x = 0; x < a_.width; ++x) {
-      scale.push_back(1 / (rows_sum * window_.SumAt(x, a_.width)));
-    }
+    for (const double columns_sum : column_sums_) scale.push_back(1 / (rows_sum * columns_sum));
     SimilarityOfRow(window_, rows, scale.data(), a_.width, similarity_.data());
     return similarity_;
   }
@@ -98,6 +98,7 @@ class ChannelSimilarity {
   int channel_;
   int next_ = 0;  // the first row whose moments are not in the ring yet
   std::array<RowMoments, kRing> ring_;
+  std::vector<double> column_sums_;  // of the window's weights, by column
   std::vector<double> similarity_;
 };
 

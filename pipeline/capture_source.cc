@@ -10,8 +10,9 @@
 
 namespace lamella {
 
-std::unique_ptr<RaySource> LoadCaptureSource(const Workspace& workspace,
-                                             const RenderOptions& options, Progress& progress) {
+std::unique_ptr<RaySource> LoadCaptureSource(
+    const Workspace& workspace, const RenderOptions& options, Progress& progress,
+    const std::function<void(std::size_t index, const DepthView&)>& look) {
   ViewSet set = LoadViewSet(workspace);
   const auto count = static_cast<std::int64_t>(set.views.size());
   progress.Start("load views", count, "views");
@@ -21,6 +22,7 @@ std::unique_ptr<RaySource> LoadCaptureSource(const Workspace& workspace,
     view.view = std::move(set.views[static_cast<std::size_t>(i)]);
     view.color = ReadImage(view.view.image);
     view.depth = LoadDepthMap(workspace.Stage("depth") / (view.view.name + ".exr"));
+    if (look) look(static_cast<std::size_t>(i), view);
     progress.Advance();
   });
   return CaptureSource(std::move(views), options);

@@ -92,10 +92,9 @@ void LoseColor(PreviewPicture& picture) {
   picture.codes = EncodeSrgb8(light.span());
 }
 
-PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured) {
-  const Image<Rgb> whole = ReadImage(view.image);
+PreviewPicture CapturedPicture(ImageSpan<const Rgb> photograph, const CapturedEye& captured) {
   const Eye& eye = captured.eye;
-  const Image<Rgb> part = ResizeArea(whole.span().Sub(captured.pixels), eye.width, eye.height);
+  const Image<Rgb> part = ResizeArea(photograph.Sub(captured.pixels), eye.width, eye.height);
   return {EncodeSrgb8(part.span()), Image<float>(eye.width, eye.height, 1.0F)};
 }
 

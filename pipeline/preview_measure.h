@@ -31,7 +31,7 @@ PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display
 // Every pixel becomes the grey of its luminance.
 void LoseColor(PreviewPicture& picture);
 // A captured view on the raster of its eye.
-PreviewPicture CapturedPicture(const View& view, const CapturedEye& captured);
+PreviewPicture CapturedPicture(ImageSpan<const Rgb> photograph, const CapturedEye& captured);
 
 struct PreviewMetrics {
   std::optional<double> psnr_db;  // sRGB; +inf for equal pictures, nothing where no pixel counts

@@ -124,24 +124,11 @@ void AddEyes(const PreviewResult& result, PreviewPage& page) {
   }
 }
 
-// Up to kDepthViews of the views, evenly spread, the reference view among them.
-std::vector<std::size_t> DepthViewChoice(const ViewSet& set, const std::string& reference) {
-  std::vector<std::size_t> choice;
-  const std::size_t n = set.views.size(), count = std::min<std::size_t>(n, kDepthViews);
-  for (std::size_t i = 0; i < count; ++i) {
-    choice.push_back(count == 1 ? 0 : i * (n - 1) / (count - 1));
-  }
-  for (std::size_t v = 0; v < n; ++v) {
-    if (set.views[v].name == reference) choice.push_back(v);
-  }
-  std::sort(choice.begin(), choice.end());
-  choice.erase(std::unique(choice.begin(), choice.end()), choice.end());
-  return choice;
-}
+int WidthOnPage(bool is_reference) { return is_reference ? 2 * kSmallWidth : kSmallWidth; }
 
 void AddDepth(const Workspace& workspace, const ViewSet& set, const Placement& placement,
-              PreviewPage& page) {
-  const std::vector<std::size_t> choice = DepthViewChoice(set, placement.reference_view);
+              const std::vector<Image<Rgb8>>& photographs, PreviewPage& page) {
+  const std::vector<std::size_t> choice = ViewsOnPage(set, placement.reference_view);
   std::vector<DepthMap> maps;
   std::vector<const DepthMap*> pointers;
   for (const std::size_t v : choice) {
@@ -154,11 +141,10 @@ void AddDepth(const Workspace& workspace, const ViewSet& set, const Placement& p
     const std::size_t at = static_cast<std::size_t>(i);
     const View& view = set.views[choice[at]];
     const bool reference = view.name == placement.reference_view;
-    const int width = reference ? 2 * kSmallWidth : kSmallWidth;
     page.depth_views[at] = {
-        view.name, DataUri(PageCodes(ReadImage(view.image).span(), width).span(), "jpeg", 82),
-        DataUri(ColoredDepth(maps[at], scale, width).span(), "png"), KnownShare(maps[at]),
-        reference};
+        view.name, DataUri(photographs.at(at).span(), "jpeg", 82),
+        DataUri(ColoredDepth(maps[at], scale, WidthOnPage(reference)).span(), "png"),
+        KnownShare(maps[at]), reference};
   });
   constexpr int kTicks = 5;
   for (int i = 0; i < kTicks; ++i) {
@@ -382,8 +368,28 @@ std::string MetricsJson(const PreviewResult& result, const PreviewOptions& optio
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+// Up to kDepthViews, evenly spread, the reference view among them.
+std::vector<std::size_t> ViewsOnPage(const ViewSet& set, const std::string& reference) {
+  std::vector<std::size_t> choice;
+  const std::size_t n = set.views.size(), count = std::min<std::size_t>(n, kDepthViews);
+  for (std::size_t i = 0; i < count; ++i) {
+    choice.push_back(count == 1 ? 0 : i * (n - 1) / (count - 1));
+  }
+  for (std::size_t v = 0; v < n; ++v) {
+    if (set.views[v].name == reference) choice.push_back(v);
+  }
+  std::sort(choice.begin(), choice.end());
+  choice.erase(std::unique(choice.begin(), choice.end()), choice.end());
+  return choice;
+}
+
+Image<Rgb8> PhotographOnPage(ImageSpan<const Rgb> photograph, bool is_reference) {
+  return PageCodes(photograph, WidthOnPage(is_reference));
+}
+
 PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& record,
                             const ViewSet& set, const LayerImages& layers,
+                            const std::vector<Image<Rgb8>>& photographs,
                             const PreviewResult& result, const PreviewOptions& options) {
   const Display& display = record.display;
   PreviewPage page;
@@ -400,7 +406,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   page.clean_box_mm = CleanEyeBox(display);
   AddEyes(result, page);
   AddFocus(result, page);
-  AddDepth(workspace, set, record.placement, page);
+  AddDepth(workspace, set, record.placement, photographs, page);
   std::size_t slots = 0;
   for (const auto& layer : layers.slots) slots += layer.size();
   page.slots = static_cast<int>(layers.slots[0].size());

@@ -49,10 +49,16 @@ GridMeans MeansOf(const PreviewResult& result);
 
 std::string MetricsJson(const PreviewResult& result, const PreviewOptions& options);
 
-// The page but for its stages and warnings. Its eyes' pictures are made as small as the page's
-// 20 MB ask for.
+// The views whose photographs and depth are on the page, rising; and such a photograph as it is
+// shown there.
+std::vector<std::size_t> ViewsOnPage(const ViewSet& set, const std::string& reference);
+Image<Rgb8> PhotographOnPage(ImageSpan<const Rgb> photograph, bool is_reference);
+
+// The page but for its stages and warnings. `photographs`: of ViewsOnPage, in their order. Its
+// eyes' pictures are made as small as the page's 20 MB ask for.
 PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& record,
                             const ViewSet& set, const LayerImages& layers,
+                            const std::vector<Image<Rgb8>>& photographs,
                             const PreviewResult& result, const PreviewOptions& options);
 
 }  // namespace lamella

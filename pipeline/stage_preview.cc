@@ -95,6 +95,21 @@ void LoseColors(PreviewResult& result, std::vector<DirectView>& direct) {
   }
 }
 
+// What the page and the comparisons need of a view's photograph. From many threads, each with
+// another view.
+void TakePhotograph(std::size_t view, ImageSpan<const Rgb> photograph, bool is_reference,
+                    const std::vector<std::size_t>& on_page, std::vector<Image<Rgb8>>& photographs,
+                    std::vector<DirectView>& direct) {
+  for (std::size_t i = 0; i < on_page.size(); ++i) {
+    if (on_page[i] == view) photographs[i] = PhotographOnPage(photograph, is_reference);
+  }
+  for (DirectView& eye : direct) {
+    if (static_cast<std::size_t>(eye.at.view) == view) {
+      eye.captured = CapturedPicture(photograph, eye.at);
+    }
+  }
+}
+
 void Simulate(const LayerImages& layers, const Display& display, const PreviewOptions& options,
               PreviewResult& result, std::vector<DirectView> direct, const ViewSet& set,
               Progress& progress) {
@@ -280,11 +295,17 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   std::vector<DirectView> direct;
   for (CapturedEye& eye :
        CapturedEyes(set.views, record.placement, record.display, positions, central.pixel_mm)) {
-    const View& view = set.views[static_cast<std::size_t>(eye.view)];
-    direct.push_back({eye, CapturedPicture(view, eye), {}});
+    direct.push_back({eye, {}, {}});
   }
+  const std::vector<std::size_t> on_page = ViewsOnPage(set, record.placement.reference_view);
+  const auto reference_index = static_cast<std::size_t>(&reference - set.views.data());
+  std::vector<Image<Rgb8>> photographs(on_page.size());
   {
-    const std::unique_ptr<RaySource> source = LoadCaptureSource(workspace, render, progress);
+    const std::unique_ptr<RaySource> source = LoadCaptureSource(
+        workspace, render, progress, [&](std::size_t view, const DepthView& loaded) {
+          TakePhotograph(view, loaded.color.span(), view == reference_index, on_page, photographs,
+                         direct);
+        });
     const std::unique_ptr<RaySource> placed = Placed(*source, record.placement);
     RenderTargets(*placed, record.placement.mm_per_view_px, result, direct, progress);
   }
@@ -301,7 +322,7 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   progress.Advance();
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
   StageReport report = ReportOf(record, result, options);
-  PreviewPage page = MakePreviewPage(workspace, record, set, layers, result, options);
+  PreviewPage page = MakePreviewPage(workspace, record, set, layers, photographs, result, options);
   progress.Advance();
   AddStages(workspace, report, start, page);
   WriteTextAtomically(run.folder() / "index.html", ToHtml(page));

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <map>
+#include <memory>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -16,9 +18,16 @@ class MemoryStore final : public DepthStore {
   Image<Rgb8> Photograph(int view) override {
     return photographs_.at(static_cast<std::size_t>(view)).Clone();
   }
-  bool Has(int pass, int view) const override { return maps.count({pass, view}) > 0; }
-  DepthMap Load(int pass, int view) override { return Copy(maps.at({pass, view})); }
+  bool Has(int pass, int view) const override {
+    const std::lock_guard lock(*mutex_);
+    return maps.count({pass, view}) > 0;
+  }
+  DepthMap Load(int pass, int view) override {
+    const std::lock_guard lock(*mutex_);
+    return Copy(maps.at({pass, view}));
+  }
   void Save(int pass, int view, const DepthMap& map) override {
+    const std::lock_guard lock(*mutex_);
     ++saved;
     maps[{pass, view}] = Copy(map);
   }
@@ -28,6 +37,7 @@ class MemoryStore final : public DepthStore {
  private:
   static DepthMap Copy(const DepthMap& map) { return {map.depth.Clone(), map.confidence.Clone()}; }
   std::vector<Image<Rgb8>> photographs_;
+  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  // so that stores move
 };
 
 }  // namespace lamella
