@@ -132,7 +132,7 @@ float LargestColor(const std::vector<const Image<Rgb>*>& colors, const std::vect
 class CapturedScene : public RaySource {
  public:
   CapturedScene(std::vector<DepthView> views, const RenderOptions& options)
-      : blend_{options.views, kFurtherViews, options.filter != "bilinear", 1},
+      : blend_{options.views, kFurtherViews, options.filter != "bilinear", options.guess_unseen, 1},
         target_{options.maps, kFurtherMaps} {
     CheckViews(views);
     centre_ = MeanCentre(views);
@@ -180,17 +180,23 @@ class CapturedScene : public RaySource {
     const BundleGeometry geometry(bundle, zero);
     range = {range.far - zero, range.middle - zero, range.near - zero};
     const ViewRanking ranking(geometry, views_, neighbour_);
-    const Image<float> nearness = TargetDepth(geometry, views_, range, ranking, target_);
     const int first_x = rectangle.x / kTile, last_x = (rectangle.x + rectangle.width - 1) / kTile;
     const int first_y = rectangle.y / kTile, last_y = (rectangle.y + rectangle.height - 1) / kTile;
+    const int first_row = first_y * kTile;
+    const Image<float> nearness = TargetDepth(geometry, views_, range, ranking, target_, first_row,
+                                              std::min((last_y + 1) * kTile, bundle.height));
     const int columns = last_x - first_x + 1;
-    ParallelForEach(0, static_cast<std::int64_t>(columns) * (last_y - first_y + 1),
-                    [&](std::int64_t i) {
-                      const int tile_x = first_x + static_cast<int>(i % columns);
-                      const int tile_y = first_y + static_cast<int>(i / columns);
-                      RenderTile(geometry, ranking, nearness, tile_x * kTile, tile_y * kTile,
-                                 rectangle, samples);
-                    });
+    ParallelForEach(
+        0, static_cast<std::int64_t>(columns) * (last_y - first_y + 1), [&](std::int64_t i) {
+          const int tile_x = first_x + static_cast<int>(i % columns);
+          const int tile_y = first_y + static_cast<int>(i / columns);
+          RenderTile(geometry, ranking, nearness, first_row,
+                     {tile_x * kTile, tile_y * kTile, kTile, kTile}, rectangle, samples);
+        });
+  }
+
+  double QueryBytes(int width, int height) const override {
+    return TargetDepthBytes(width, height);
   }
 
  private:
@@ -236,30 +242,34 @@ class CapturedScene : public RaySource {
     return samples;
   }
 
+  // `nearness` has the bundle's rows from first_row on.
   void RenderTile(const BundleGeometry& geometry, const ViewRanking& ranking,
-                  const Image<float>& nearness, int x, int y, const Rect& rectangle,
-                  ImageSpan<RaySample> samples) const {
-    const Rect whole{x, y, std::min(kTile, nearness.width() - x),
-                     std::min(kTile, nearness.height() - y)};
+                  const Image<float>& nearness, int first_row, const Rect& tile_rays,
+                  const Rect& rectangle, ImageSpan<RaySample> samples) const {
+    const int x = tile_rays.x, y = tile_rays.y;
+    const Rect whole{x, y, std::min(kTile, geometry.bundle().width - x),
+                     std::min(kTile, geometry.bundle().height - y)};
     const int x0 = std::max(x, rectangle.x), y0 = std::max(y, rectangle.y);
     const int x1 = std::min(x + whole.width, rectangle.x + rectangle.width);
     const int y1 = std::min(y + whole.height, rectangle.y + rectangle.height);
     if (x0 >= x1 || y0 >= y1) return;
-    float near = nearness(x, y), far = near;
-    for (int v = y; v < y + whole.height; ++v) {
-      const auto [low, high] =
-          std::minmax_element(nearness.row(v) + x, nearness.row(v) + x + whole.width);
-      far = std::min(far, *low);
-      near = std::max(near, *high);
-    }
+    const ImageSpan<const float> of_tile =
+        nearness.span().Sub({x, y - first_row, whole.width, whole.height});
     TileSights tile;
-    tile.nearness = nearness(x + whole.width / 2, y + whole.height / 2);
-    tile.sights = ranking.Best(
-        x + 0.5 * whole.width, y + 0.5 * whole.height,
-        {static_cast<double>(tile.nearness), static_cast<double>(far), static_cast<double>(near)},
-        blend_.views + blend_.further);
+    tile.nearness = of_tile(whole.width / 2, whole.height / 2);
+    tile.far = tile.near = tile.nearness;
+    for (int v = 0; v < whole.height; ++v) {
+      const auto [low, high] = std::minmax_element(of_tile.row(v), of_tile.row(v) + whole.width);
+      tile.far = std::min(tile.far, *low);
+      tile.near = std::max(tile.near, *high);
+    }
+    tile.sights = ranking.Best(x + 0.5 * whole.width, y + 0.5 * whole.height,
+                               {static_cast<double>(tile.nearness), static_cast<double>(tile.far),
+                                static_cast<double>(tile.near)},
+                               blend_.views + blend_.further);
     const Rect rays{x0, y0, x1 - x0, y1 - y0};
-    BlendTile(geometry, views_, tile, neighbour_, blend_, rays, nearness.span().Sub(rays),
+    BlendTile(geometry, views_, tile, neighbour_, blend_, rays,
+              of_tile.Sub({x0 - x, y0 - y, rays.width, rays.height}),
               samples.Sub({x0 - rectangle.x, y0 - rectangle.y, rays.width, rays.height}));
   }
 

@@ -153,6 +153,10 @@ class PlacedSource final : public RaySource {
     });
   }
 
+  double QueryBytes(int width, int height) const override {
+    return world_.QueryBytes(width, height);
+  }
+
  private:
   double Depth(double z) const {
     const double distance = placement_.viewing_distance_mm - z;

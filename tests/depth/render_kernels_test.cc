@@ -342,7 +342,7 @@ TEST(FillFromFartherSide, TakesTheBackgroundAndLeavesNoHole) {
   Image<float> nearness(7, 3, kNothing);
   nearness(0, 1) = 5;
   nearness(6, 1) = 2;
-  FillFromFartherSide(9, nearness.span());
+  FillFromFartherSide(9, nearness.height(), nearness.span());
   EXPECT_EQ(nearness(0, 1), 5);
   for (int x = 1; x < 7; ++x) EXPECT_EQ(nearness(x, 1), 2);
   EXPECT_EQ(nearness(0, 0), 5);  // only its column knows something
