@@ -143,6 +143,7 @@ class CapturedScene : public RaySource {
     ParallelForEach(0, static_cast<std::int64_t>(views.size()), [&](std::int64_t k) {
       const auto i = static_cast<std::size_t>(k);
       views_[i] = Prepare(views[i], grid, options.visibility_px, views.size());
+      views[i].depth = {};
     });
     const bool equalise =
         options.exposure == "on" || (options.exposure == "auto" && !grid && views.size() > 1);
@@ -152,8 +153,10 @@ class CapturedScene : public RaySource {
         equalise ? ExposureGains(views_, colors) : std::vector<Rgb>(views.size(), Rgb{1, 1, 1});
     const int exponent = ColorExponent(LargestColor(colors, gains));
     blend_.color_scale = std::ldexp(1.0F, exponent);
+    const std::vector<double> spacings = LeastSpacings(options.rays);
     for (std::size_t i = 0; i < views.size(); ++i) {
-      views_[i].color = ColorPyramid(views[i].color, gains[i], exponent);
+      const std::size_t finest = ColorLevelForSpacing(spacings[i], 64);
+      views_[i].color = ColorPyramid(views[i].color, gains[i], exponent, finest);
       views[i].color = {};
     }
   }
@@ -161,13 +164,7 @@ class CapturedScene : public RaySource {
   void Query(const RayBundle& world_bundle, const Rect& rectangle,
              ImageSpan<RaySample> samples) const override {
     if (rectangle.width <= 0 || rectangle.height <= 0) return;
-    RayBundle bundle = world_bundle;  // around the capture: coordinates of 1e7 would cost digits
-    bundle.origin -= centre_;
-    if (bundle.centre.w() != 0) {
-      bundle.centre = {bundle.centre.x() / bundle.centre.w() - centre_.x(),
-                       bundle.centre.y() / bundle.centre.w() - centre_.y(),
-                       bundle.centre.z() / bundle.centre.w() - centre_.z(), 1};
-    }
+    const RayBundle bundle = AroundCapture(world_bundle);
     const BundleGeometry plain(bundle);
     if (!plain.valid()) {
       for (int y = 0; y < rectangle.height; ++y) {
@@ -175,10 +172,8 @@ class CapturedScene : public RaySource {
       }
       return;
     }
-    NearnessRange range = RangeInBundle(plain, views_);
-    const double zero = ZeroFor(bundle, range);
-    const BundleGeometry geometry(bundle, zero);
-    range = {range.far - zero, range.middle - zero, range.near - zero};
+    NearnessRange range;
+    const BundleGeometry geometry = Counted(plain, &range);
     const ViewRanking ranking(geometry, views_, neighbour_);
     const int first_x = rectangle.x / kTile, last_x = (rectangle.x + rectangle.width - 1) / kTile;
     const int first_y = rectangle.y / kTile, last_y = (rectangle.y + rectangle.height - 1) / kTile;
@@ -200,6 +195,49 @@ class CapturedScene : public RaySource {
   }
 
  private:
+  // Coordinates of 1e7 would cost digits.
+  RayBundle AroundCapture(RayBundle bundle) const {
+    bundle.origin -= centre_;
+    if (bundle.centre.w() != 0) {
+      bundle.centre = {bundle.centre.x() / bundle.centre.w() - centre_.x(),
+                       bundle.centre.y() / bundle.centre.w() - centre_.y(),
+                       bundle.centre.z() / bundle.centre.w() - centre_.z(), 1};
+    }
+    return bundle;
+  }
+
+  // With nearness counted from where that is best.
+  BundleGeometry Counted(const BundleGeometry& plain, NearnessRange* range) const {
+    *range = RangeInBundle(plain, views_);
+    const double zero = ZeroFor(plain.bundle(), *range);
+    *range = {range->far - zero, range->middle - zero, range->near - zero};
+    return BundleGeometry(plain.bundle(), zero);
+  }
+
+  // By view: pixels between neighbouring rays, where they are fewest; 0 where that is not known.
+  std::vector<double> LeastSpacings(const std::optional<RayBundle>& world_rays) const {
+    std::vector<double> least(views_.size(), 0);
+    if (!world_rays) return least;
+    const BundleGeometry plain(AroundCapture(*world_rays));
+    if (!plain.valid()) return least;
+    NearnessRange range;
+    const BundleGeometry geometry = Counted(plain, &range);
+    const ViewRanking ranking(geometry, views_, neighbour_);
+    const RayBundle& bundle = geometry.bundle();
+    for (int y = 0; y < bundle.height; y += kTile) {
+      for (int x = 0; x < bundle.width; x += kTile) {
+        for (const Sight& sight :
+             ranking.Best(x + 0.5 * kTile, y + 0.5 * kTile, {range.middle, range.far, range.near},
+                          static_cast<int>(views_.size()))) {
+          const double spacing = sight.spacing * bundle.footprint;
+          double& of_view = least[static_cast<std::size_t>(sight.view)];
+          if (of_view == 0 || spacing < of_view) of_view = spacing;
+        }
+      }
+    }
+    return least;
+  }
+
   SourceView Prepare(const DepthView& from, const std::optional<RegularGrid>& grid,
                      double visibility_px, std::size_t count) const {
     const Camera& camera = from.view.camera;

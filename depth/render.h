@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,10 @@ struct RenderOptions {
   double visibility_px = 0.5;  // sv: softness of the visibility test, px of disparity per neighbour
   std::string filter = "catmull_rom";  // or "bilinear"
   std::string exposure = "auto";  // equalise the views' exposures: auto (photographs only), on, off
-  // No option of a user's: whoever leaves out what was not seen saves the time for its colours.
+  // No options of a user's. Whoever leaves out what was not seen saves the time for its colours;
+  // whoever tells about which rays will be asked saves the memory of colours finer than they need.
   bool guess_unseen = true;
+  std::optional<RayBundle> rays;
 };
 
 OptionTable Describe(RenderOptions& options);

@@ -97,7 +97,8 @@ class Band {
         nearness_(nearness),
         weights_(nearness.width, nearness.height),
         drawn_(nearness.width, nearness.height),
-        tiles_(Tiles(nearness.width), Tiles(nearness.height)) {
+        tiles_(Tiles(nearness.width), Tiles(nearness.height)),
+        merged_(tiles_.width(), tiles_.height()) {
     for (int y = 0; y < nearness.height; ++y) {
       std::fill_n(nearness.row(y), nearness.width, kNoSurface);
     }
@@ -124,8 +125,12 @@ class Band {
     for (const Wish* wish : here) Clear(TileRays(*wish));
     Draw(view, blocks);
     for (const Wish* wish : here) {
+      std::uint8_t& merged = merged_(wish->tile_x, wish->tile_y - first_tile_row_);
       if (holes_only) {
         FillHoles(TileRays(*wish));
+      } else if (merged == 0) {
+        TakeTile(*wish, TileRays(*wish));
+        merged = 1;
       } else {
         MergeTile(*wish, TileRays(*wish));
       }
@@ -181,6 +186,14 @@ class Band {
     DrawBlocks(*view.level, map, blocks, drawn_.span());
   }
 
+  // Of the first map there is nothing to merge with.
+  void TakeTile(const Wish& wish, const Rect& r) {
+    for (int y = r.y; y < r.y + r.height; ++y) {
+      std::copy_n(drawn_.row(y) + r.x, r.width, nearness_.row(y) + r.x);
+      std::fill_n(weights_.row(y) + r.x, r.width, wish.weight);
+    }
+  }
+
   // The nearest surface wins; what lies within the tolerance of it is averaged.
   void MergeTile(const Wish& wish, const Rect& r) {
     for (int y = r.y; y < r.y + r.height; ++y) {
@@ -214,6 +227,7 @@ class Band {
   ImageSpan<float> nearness_;
   Image<float> weights_, drawn_;
   Image<Tile> tiles_;
+  Image<std::uint8_t> merged_;  // 1 where a map was
 };
 
 // The level of a view's depth whose pixels are at most as large as the bundle's rays.
