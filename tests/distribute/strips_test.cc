@@ -75,7 +75,9 @@ TEST(Strips, TakeNoMoreMemoryThanTheyMayWhateverTheDisplay) {
         int rows = 0;
         const double taken = AllocatedFor(source, display, options, &rows);
         EXPECT_LE(taken, times * least) << display.name << " " << times;
-        if (times == 1) EXPECT_GE(taken, 0.25 * least) << display.name;
+        if (times == 1) {
+          EXPECT_GE(taken, 0.25 * least) << display.name;
+        }
         EXPECT_EQ(rows, display.emitter_rows());
       }
     }
