@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 namespace lamella {
 namespace {
@@ -11,6 +12,11 @@ namespace {
 constexpr double kFade = 0.02;
 // Coverage is whole from this visibility on: a surface seen twice is never quite at one depth.
 constexpr float kWhollySeen = 0.5F;
+// Less than this of all views' weight is not worth a lookup.
+constexpr float kNegligible = 1e-3F;
+// Surfaces so many softnesses from a point do not show it (SeeTile: 2.83), and so many depth pixels
+// are added to a box for what rounding may do.
+constexpr double kHiddenSoftness = 3, kSlackPx = 0.5;
 
 Rect TileOf(const Rect& rays) {
   return {rays.x / kTile * kTile, rays.y / kTile * kTile, kTile, kTile};
@@ -36,10 +42,64 @@ void FillRays(const Rect& rays, ImageSpan<const float> nearness, TileRays& tile)
   std::fill_n(tile.color.begin(), padded, ColorLevel::Sum());
 }
 
-TileView ViewOfTile(const BundleGeometry& geometry, const SourceView& view, const Sight& sight,
-                    double neighbour, const Rect& tile, float nearness) {
-  TileView result{LocalMap(view.view_from_world * geometry.world_from_bundle(),
-                           tile.x + 0.5 * kTile, tile.y + 0.5 * kTile,
+// Picture pixels and inverse depths.
+struct ViewBox {
+  double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300, w0 = 1e300, w1 = -1e300;
+};
+
+// Where a tile's rays can be in a view; nothing where some of them may be behind it.
+std::optional<ViewBox> BoxOfTile(const Eigen::Matrix4d& view_from_bundle, const Rect& tile,
+                                 const TileSights& sights) {
+  ViewBox box;
+  for (int corner = 0; corner < 8; ++corner) {
+    const double u = tile.x + corner % 2 * kTile, v = tile.y + corner / 2 % 2 * kTile;
+    const double n = static_cast<double>(corner / 4 == 0 ? sights.far : sights.near);
+    const Eigen::Vector4d out = view_from_bundle * Eigen::Vector4d(u, v, 1, n);
+    if (!(out.z() > 0)) return std::nullopt;
+    const double x = out.x() / out.z(), y = out.y() / out.z(), w = out.w() / out.z();
+    box.x0 = std::min(box.x0, x), box.x1 = std::max(box.x1, x);
+    box.y0 = std::min(box.y0, y), box.y1 = std::max(box.y1, y);
+    box.w0 = std::min(box.w0, w), box.w1 = std::max(box.w1, w);
+  }
+  return box;
+}
+
+// False where the view certainly sees none of a tile's rays: they are outside of its picture, or
+// its depth is unknown or another one all over there.
+bool MaySee(const SourceView& view, const DepthLevel& level,
+            const Eigen::Matrix4d& view_from_bundle, const Rect& tile, const TileSights& sights) {
+  const std::optional<ViewBox> box = BoxOfTile(view_from_bundle, tile, sights);
+  if (!box) return true;
+  const auto cell = [](double at, double per_color, double slack, int count) {
+    return static_cast<int>(std::clamp(at * per_color + 0.5 + slack, 0.0, count * 1.0));
+  };
+  if (!(box->x1 >= -kSlackPx && box->y1 >= -kSlackPx && box->x0 <= view.width + kSlackPx &&
+        box->y0 <= view.height + kSlackPx)) {
+    return false;
+  }
+  const double reach =
+      kHiddenSoftness * (view.softness_absolute + view.softness_relative * std::max(box->w1, 0.0));
+  constexpr int kBlock = DepthLevel::kBlock;
+  const int x0 = cell(box->x0, level.per_color_x, -kSlackPx, level.width) / kBlock;
+  const int x1 = cell(box->x1, level.per_color_x, kSlackPx, level.width) / kBlock;
+  const int y0 = cell(box->y0, level.per_color_y, -kSlackPx, level.height) / kBlock;
+  const int y1 = cell(box->y1, level.per_color_y, kSlackPx, level.height) / kBlock;
+  for (int y = y0; y <= y1; ++y) {
+    for (int x = x0; x <= x1; ++x) {
+      const DepthLevel::Block& block = level.blocks(x, y);
+      if (block.nearest >= 0 && static_cast<double>(block.nearest) >= box->w0 - reach &&
+          static_cast<double>(block.farthest) <= box->w1 + reach) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+TileView ViewOfTile(const BundleGeometry& geometry, const SourceView& view,
+                    const Eigen::Matrix4d& view_from_bundle, const Sight& sight, double neighbour,
+                    const Rect& tile, float nearness) {
+  TileView result{LocalMap(view_from_bundle, tile.x + 0.5 * kTile, tile.y + 0.5 * kTile,
                            static_cast<double>(nearness))};
   result.at_nearness = nearness;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -56,10 +116,25 @@ TileView ViewOfTile(const BundleGeometry& geometry, const SourceView& view, cons
       static_cast<float>(1 / std::max(1.0, kFade * std::min(view.width, view.height)));
   result.softness_absolute = static_cast<float>(view.softness_absolute);
   result.softness_relative = static_cast<float>(view.softness_relative);
-  const double spacing = sight.spacing * geometry.bundle().footprint;
-  result.depth = &DepthLevelForSpacing(view, spacing);
-  result.color = &ColorLevelForSpacing(view, spacing);
   return result;
+}
+
+// Leaves out what is negligible beside all views together, and all of rays that no view sees where
+// nothing is guessed.
+void KeepUseful(bool guess, TileRays& tile, ActiveRays& active) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(active.count); ++i) {
+    const auto ray = static_cast<std::size_t>(active.ray[i]);
+    const float weight = active.weight[i];
+    const bool useful = weight > kNegligible * tile.weight[ray];
+    if (!useful) tile.weight[ray] -= weight;
+    active.ray[kept] = active.ray[i];
+    active.x[kept] = active.x[i];
+    active.y[kept] = active.y[i];
+    active.weight[kept] = weight;
+    kept += useful && (guess || tile.most_seen[ray] > 0) ? 1 : 0;
+  }
+  active.count = static_cast<int>(kept);
 }
 
 RaySample Sample(const TileRays& tile, std::size_t i, float per_color_scale) {
@@ -80,14 +155,32 @@ void BlendTile(const BundleGeometry& geometry, const std::vector<SourceView>& vi
                const TileSights& sights, double neighbour, const BlendOptions& options,
                const Rect& rays, ImageSpan<const float> nearness, ImageSpan<RaySample> samples) {
   TileRays tile;
-  ActiveRays active;
   FillRays(rays, nearness, tile);
+  struct Looked {
+    const ColorLevel* color = nullptr;
+    ActiveRays active;
+  };
+  // Not initialised: what counts is written.
+  const auto looked = std::make_unique_for_overwrite<Looked[]>(sights.sights.size());
+  std::size_t count = 0;
   for (std::size_t k = 0; k < sights.sights.size(); ++k) {
     const Sight& sight = sights.sights[k];
-    const TileView view = ViewOfTile(geometry, views[static_cast<std::size_t>(sight.view)], sight,
-                                     neighbour, TileOf(rays), sights.nearness);
-    SeeTile(view, k >= static_cast<std::size_t>(options.views), tile, active);
-    AddColors(*view.color, options.cubic, active, tile);
+    const SourceView& from = views[static_cast<std::size_t>(sight.view)];
+    const Eigen::Matrix4d view_from_bundle = from.view_from_world * geometry.world_from_bundle();
+    const double spacing = sight.spacing * geometry.bundle().footprint;
+    const DepthLevel& depth = DepthLevelForSpacing(from, spacing);
+    if (!options.guess && !MaySee(from, depth, view_from_bundle, TileOf(rays), sights)) continue;
+    TileView view = ViewOfTile(geometry, from, view_from_bundle, sight, neighbour, TileOf(rays),
+                               sights.nearness);
+    view.depth = &depth;
+    view.color = &ColorLevelForSpacing(from, spacing);
+    looked[count].color = view.color;
+    SeeTile(view, k >= static_cast<std::size_t>(options.views), tile, looked[count].active);
+    ++count;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    KeepUseful(options.guess, tile, looked[k].active);
+    AddColors(*looked[k].color, options.cubic, looked[k].active, tile);
   }
   const DistanceFromNearness distance(geometry.bundle(), geometry.zero());
   const float per_color_scale = 1.0F / options.color_scale;

@@ -14,14 +14,16 @@ struct BlendOptions {
   int views = 4;          // blended wherever they see the ray
   int further = 4;        // tried in turn for rays that those do not see
   bool cubic = true;      // Catmull-Rom, else bilinear
+  bool guess = true;      // colours of rays that no view sees too, else they stay black
   float color_scale = 1;  // of the views' colours (ColorPyramid's 2^exponent)
 };
 
-// A tile's views, best first, and a nearness typical of it: of the whole tile, whatever part of it
-// is asked for, so that no value depends on the part.
+// A tile's views, best first, and its nearness: of the whole tile, whatever part of it is asked
+// for, so that no value depends on the part.
 struct TileSights {
   std::vector<Sight> sights;
-  float nearness = 0;
+  float nearness = 0;       // typical
+  float far = 0, near = 0;  // smallest, largest
 };
 
 // The rays `rays` of a tile (inside of the bundle): their nearness (rays.width x rays.height) to

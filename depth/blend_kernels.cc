@@ -67,6 +67,33 @@ inline F DirectionWeight(const std::array<float, 4>& corners, F du, F dv) {
   return Constant(1.0F) / (Constant(kOwnView) + upper + t * (lower - upper));
 }
 
+// Values of neighbouring columns, at `at` and right of it.
+struct Neighbours {
+  F left, right;
+};
+
+#if HWY_MAX_BYTES >= 32
+// Two neighbours are one number of twice the size: half of the lookups.
+inline Neighbours GatherNeighbours(const float* values, I at) {
+  const Floats d;
+  const hn::Half<Ints> half;
+  const hn::Repartition<std::int64_t, Floats> offsets;
+  const hn::Repartition<std::uint64_t, Floats> pairs;
+  const auto* from = reinterpret_cast<const std::uint64_t*>(values);
+  const auto gather = [&](hn::Vec<hn::Half<Ints>> index) {
+    const auto bytes = hn::ShiftLeft<2>(hn::PromoteTo(offsets, index));
+    return hn::BitCast(d, hn::GatherOffset(pairs, from, bytes));
+  };
+  const F lower = gather(hn::LowerHalf(half, at)), upper = gather(hn::UpperHalf(half, at));
+  return {hn::ConcatEven(d, upper, lower), hn::ConcatOdd(d, upper, lower)};
+}
+#else
+inline Neighbours GatherNeighbours(const float* values, I at) {
+  const Floats d;
+  return {hn::GatherIndex(d, values, at), hn::GatherIndex(d, values + 1, at)};
+}
+#endif
+
 struct Looked {
   F visible, confidence;
   M known;
@@ -87,10 +114,8 @@ inline Looked Look(const TileView& view, F x, F y, F w) {
   const int stride = level.inverse_depth.width();
   const I at = cy * hn::Set(di, stride) + cx;
   const float* inverse_depth = level.inverse_depth.data();
-  const F a = hn::GatherIndex(d, inverse_depth, at);
-  const F b = hn::GatherIndex(d, inverse_depth + 1, at);
-  const F c = hn::GatherIndex(d, inverse_depth + stride, at);
-  const F e = hn::GatherIndex(d, inverse_depth + stride + 1, at);
+  const auto [a, b] = GatherNeighbours(inverse_depth, at);
+  const auto [c, e] = GatherNeighbours(inverse_depth + stride, at);
   const I flags =
       hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(level.smooth.data()), at);
   const M smooth = hn::RebindMask(d, hn::And(flags, hn::Set(di, 1)) != hn::Zero(di));
@@ -103,10 +128,12 @@ inline Looked Look(const TileView& view, F x, F y, F w) {
   // exp(-q^2 / 2) to 0.05, and 0 from 2.83 on.
   const F base = hn::Max(Constant(1.0F) - q * q * Constant(0.125F), zero);
   const F square = base * base;
+  const F visible = hn::IfThenElseZero(known, square * square);
+  if (hn::AllFalse(d, visible > zero)) return {zero, zero, known};
   const I right = hn::And(hn::BitCast(di, hn::VecFromMask(d, s >= half)), hn::Set(di, 1));
   const I below = hn::And(hn::BitCast(di, hn::VecFromMask(d, t >= half)), hn::Set(di, stride));
   const F confidence = hn::GatherIndex(d, level.confidence.data(), at + right + below);
-  return {hn::IfThenElseZero(known, square * square), confidence, known};
+  return {visible, confidence, known};
 }
 
 inline std::uint64_t Bits(M mask) {
@@ -162,8 +189,9 @@ void See(const TileView& view, bool unseen_only, TileRays& rays, ActiveRays& act
     wanted = hn::And(wanted, p.m > zero);
     const F inside = hn::Min(hn::Min(p.x, width - p.x), hn::Min(p.y, height - p.y));
     const F x = hn::Max(hn::Min(p.x, width), zero), y = hn::Max(hn::Min(p.y, height), zero);
-    const Looked look = Look(view, x, y, p.w);
     const M is_inside = hn::And(wanted, inside >= zero);
+    const Looked look =
+        hn::AllFalse(d, is_inside) ? Looked{zero, zero, is_inside} : Look(view, x, y, p.w);
     const F visible = hn::IfThenElseZero(is_inside, look.visible);
     const F fade = hn::Min((inside + Constant(0.5F)) * Constant(view.per_fade), one);
     const F little = hn::IfThenElse(look.known, Constant(kHiddenShare), Constant(kUnknownShare));

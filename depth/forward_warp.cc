@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <vector>
 
 #include "depth/bundle_map.h"
@@ -128,97 +130,143 @@ class BlockDrawer {
   QuadBatch quarters_;
 };
 
-// True where the box of pixels and inverse depths can land in a wanted tile.
-bool CanBeWanted(const Eigen::Matrix4d& map, const std::array<double, 2>& xs,
-                 const std::array<double, 2>& ys, const std::array<double, 2>& ws,
-                 const TileMask& tiles, const ImageSpan<float>& nearness) {
+// Pixels of a level and inverse depths.
+struct BlockBox {
+  std::array<double, 2> xs, ys, ws;
+};
+
+Rect CellsOf(const DepthLevel& level, int x, int y) {
+  return {x * kBlock, y * kBlock, std::min(kBlock, level.width + 1 - x * kBlock),
+          std::min(kBlock, level.height + 1 - y * kBlock)};
+}
+
+BlockBox BoxOf(const DepthLevel& level, int x, int y) {
+  const Rect cells = CellsOf(level, x, y);
+  const DepthLevel::Block& block = level.blocks(x, y);
+  return {{static_cast<double>(level.ColumnAt(cells.x)),
+           static_cast<double>(level.ColumnAt(cells.x + cells.width))},
+          {static_cast<double>(level.RowAt(cells.y)),
+           static_cast<double>(level.RowAt(cells.y + cells.height))},
+          {static_cast<double>(block.farthest), static_cast<double>(block.nearest)}};
+}
+
+// False where the box can hit no ray of a bundle of this size, else the box of rays.
+bool Lands(const Eigen::Matrix4d& map, const BlockBox& box, int width, int height,
+           LandingBlock* block) {
+  constexpr double kSlack = 0.01;  // rounding, and what quads reach beyond their edges
   double u0 = 1e300, u1 = -1e300, v0 = 1e300, v1 = -1e300;
   int behind = 0;
-  for (const double x : xs) {
-    for (const double y : ys) {
-      for (const double w : ws) {
-        const Eigen::Vector4d out = map * Eigen::Vector4d(x, y, 1, w);
-        if (!(out.z() > 0)) {
-          ++behind;
-          continue;
-        }
-        u0 = std::min(u0, out.x() / out.z()), u1 = std::max(u1, out.x() / out.z());
-        v0 = std::min(v0, out.y() / out.z()), v1 = std::max(v1, out.y() / out.z());
-      }
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector4d out =
+        map * Eigen::Vector4d(box.xs[corner % 2], box.ys[corner / 2 % 2], 1, box.ws[corner / 4]);
+    if (!(out.z() > 0)) {
+      ++behind;
+      continue;
     }
+    u0 = std::min(u0, out.x() / out.z()), u1 = std::max(u1, out.x() / out.z());
+    v0 = std::min(v0, out.y() / out.z()), v1 = std::max(v1, out.y() / out.z());
   }
   if (behind == 8) return false;
-  if (behind > 0) return true;  // crosses the viewer's plane: its extent is not bounded
-  if (u1 < 0 || v1 < 0 || u0 > nearness.width || v0 > nearness.height) return false;
-  const auto tile = [&](double at, int count) {
-    return static_cast<int>(std::clamp(at / tiles.size, 0.0, count - 1.0));
+  // Crosses the viewer's plane: its extent is not bounded.
+  if (behind > 0) u0 = v0 = 0, u1 = width, v1 = height;
+  if (u1 < 0 || v1 < 0 || u0 > width || v0 > height) return false;
+  const auto cut = [](double at, int size) {
+    return static_cast<float>(std::clamp(at, 0.0, static_cast<double>(size)));
   };
-  for (int y = tile(v0, tiles.wanted.height); y <= tile(v1, tiles.wanted.height); ++y) {
-    for (int x = tile(u0, tiles.wanted.width); x <= tile(u1, tiles.wanted.width); ++x) {
-      if (tiles.wanted(x, y) != 0) return true;
-    }
-  }
-  return false;
+  block->u0 = cut(u0 - kSlack, width), block->u1 = cut(u1 + kSlack, width);
+  block->v0 = cut(v0 - kSlack, height), block->v1 = cut(v1 + kSlack, height);
+  return true;
 }
 
 }  // namespace
 
-void DrawSurface(const DepthLevel& level, const Eigen::Matrix4d& bundle_from_level,
-                 const TileMask& tiles, ImageSpan<float> nearness) {
-  for (int by = 0; by < level.blocks.height(); ++by) {
-    for (int bx = 0; bx < level.blocks.width(); ++bx) {
-      const DepthLevel::Block& block = level.blocks(bx, by);
-      if (block.nearest < 0) continue;
-      const Rect cells{bx * kBlock, by * kBlock, std::min(kBlock, level.width + 1 - bx * kBlock),
-                       std::min(kBlock, level.height + 1 - by * kBlock)};
-      const std::array<double, 2> xs{static_cast<double>(level.ColumnAt(cells.x)),
-                                     static_cast<double>(level.ColumnAt(cells.x + cells.width))};
-      const std::array<double, 2> ys{static_cast<double>(level.RowAt(cells.y)),
-                                     static_cast<double>(level.RowAt(cells.y + cells.height))};
-      const std::array<double, 2> ws{static_cast<double>(block.farthest),
-                                     static_cast<double>(block.nearest)};
-      if (!CanBeWanted(bundle_from_level, xs, ys, ws, tiles, nearness)) continue;
-      const double at_x = 0.5 * (xs[0] + xs[1]), at_y = 0.5 * (ys[0] + ys[1]);
-      const double at_w = 0.5 * (ws[0] + ws[1]);
-      const LocalMap map(bundle_from_level, at_x, at_y, at_w);
-      BlockDrawer(level, map, at_x, at_y, at_w, nearness).Draw(cells);
+std::vector<LandingBlock> LandingBlocks(const DepthLevel& level,
+                                        const Eigen::Matrix4d& bundle_from_level, int width,
+                                        int height) {
+  std::vector<LandingBlock> blocks;
+  for (int y = 0; y < level.blocks.height(); ++y) {
+    for (int x = 0; x < level.blocks.width(); ++x) {
+      if (level.blocks(x, y).nearest < 0) continue;
+      LandingBlock block{x, y};
+      if (Lands(bundle_from_level, BoxOf(level, x, y), width, height, &block)) {
+        blocks.push_back(block);
+      }
     }
+  }
+  return blocks;
+}
+
+void DrawBlocks(const DepthLevel& level, const Eigen::Matrix4d& bundle_from_level,
+                std::span<const LandingBlock> blocks, ImageSpan<float> nearness) {
+  for (const LandingBlock& block : blocks) {
+    const BlockBox box = BoxOf(level, block.x, block.y);
+    const double at_x = 0.5 * (box.xs[0] + box.xs[1]), at_y = 0.5 * (box.ys[0] + box.ys[1]);
+    const double at_w = 0.5 * (box.ws[0] + box.ws[1]);
+    const LocalMap map(bundle_from_level, at_x, at_y, at_w);
+    BlockDrawer(level, map, at_x, at_y, at_w, nearness).Draw(CellsOf(level, block.x, block.y));
   }
 }
 
-void FillFromFartherSide(float otherwise, ImageSpan<float> nearness) {
+namespace {
+
+// The nearest surface above or below, by column, as rows are gone through one way.
+class ColumnMemory {
+ public:
+  ColumnMemory(int width, int reach)
+      : reach_(reach),
+        value_(static_cast<std::size_t>(width)),
+        row_(static_cast<std::size_t>(width), kNever) {}
+  void Keep(int column, int row, float value) {
+    value_[static_cast<std::size_t>(column)] = value;
+    row_[static_cast<std::size_t>(column)] = row;
+  }
+  float Recall(int column, int row, float otherwise) const {
+    const int at = row_[static_cast<std::size_t>(column)];
+    const bool within = at != kNever && std::abs(row - at) <= reach_;
+    return within ? value_[static_cast<std::size_t>(column)] : otherwise;
+  }
+
+ private:
+  static constexpr int kNever = -1;
+  int reach_;
+  std::vector<float> value_;
+  std::vector<int> row_;
+};
+
+}  // namespace
+
+void FillFromFartherSide(float otherwise, int reach, ImageSpan<float> nearness) {
   const int width = nearness.width, height = nearness.height;
   constexpr float kNone = std::numeric_limits<float>::infinity();
   // What a hole is filled with; +inf elsewhere and where nothing is found.
   Image<float> fill(width, height, kNone);
   bool any = false;
-  std::vector<float> above(static_cast<std::size_t>(width), kNone);
+  ColumnMemory above(width, reach), below(width, reach);
   for (int y = 0; y < height; ++y) {
     const float* row = nearness.row(y);
     float* to = fill.row(y);
     float last = kNone;
     for (int x = 0; x < width; ++x) {
-      const auto column = static_cast<std::size_t>(x);
       if (row[x] != kNoSurface) {
-        last = above[column] = row[x];
+        last = row[x];
+        above.Keep(x, y, last);
       } else {
         any = true;
-        to[x] = std::min(last, above[column]);
+        to[x] = std::min(last, above.Recall(x, y, kNone));
       }
     }
   }
   if (!any) return;
-  std::vector<float> below(static_cast<std::size_t>(width), kNone);
   for (int y = height - 1; y >= 0; --y) {
     const float* row = nearness.row(y);
     float* to = fill.row(y);
     float last = kNone;
     for (int x = width - 1; x >= 0; --x) {
-      const auto column = static_cast<std::size_t>(x);
       if (row[x] != kNoSurface) {
-        last = below[column] = row[x];
+        last = row[x];
+        below.Keep(x, y, last);
       } else {
-        to[x] = std::min(to[x], std::min(last, below[column]));
+        to[x] = std::min(to[x], std::min(last, below.Recall(x, y, kNone)));
       }
     }
   }

@@ -132,7 +132,7 @@ float LargestColor(const std::vector<const Image<Rgb>*>& colors, const std::vect
 class CapturedScene : public RaySource {
  public:
   CapturedScene(std::vector<DepthView> views, const RenderOptions& options)
-      : blend_{options.views, kFurtherViews, options.filter != "bilinear", 1},
+      : blend_{options.views, kFurtherViews, options.filter != "bilinear", options.guess_unseen, 1},
         target_{options.maps, kFurtherMaps} {
     CheckViews(views);
     centre_ = MeanCentre(views);
@@ -143,6 +143,7 @@ class CapturedScene : public RaySource {
     ParallelForEach(0, static_cast<std::int64_t>(views.size()), [&](std::int64_t k) {
       const auto i = static_cast<std::size_t>(k);
       views_[i] = Prepare(views[i], grid, options.visibility_px, views.size());
+      views[i].depth = {};
     });
     const bool equalise =
         options.exposure == "on" || (options.exposure == "auto" && !grid && views.size() > 1);
@@ -152,8 +153,10 @@ class CapturedScene : public RaySource {
         equalise ? ExposureGains(views_, colors) : std::vector<Rgb>(views.size(), Rgb{1, 1, 1});
     const int exponent = ColorExponent(LargestColor(colors, gains));
     blend_.color_scale = std::ldexp(1.0F, exponent);
+    const std::vector<double> spacings = LeastSpacings(options.rays);
     for (std::size_t i = 0; i < views.size(); ++i) {
-      views_[i].color = ColorPyramid(views[i].color, gains[i], exponent);
+      const std::size_t finest = ColorLevelForSpacing(spacings[i], 64);
+      views_[i].color = ColorPyramid(views[i].color, gains[i], exponent, finest);
       views[i].color = {};
     }
   }
@@ -161,13 +164,7 @@ class CapturedScene : public RaySource {
   void Query(const RayBundle& world_bundle, const Rect& rectangle,
              ImageSpan<RaySample> samples) const override {
     if (rectangle.width <= 0 || rectangle.height <= 0) return;
-    RayBundle bundle = world_bundle;  // around the capture: coordinates of 1e7 would cost digits
-    bundle.origin -= centre_;
-    if (bundle.centre.w() != 0) {
-      bundle.centre = {bundle.centre.x() / bundle.centre.w() - centre_.x(),
-                       bundle.centre.y() / bundle.centre.w() - centre_.y(),
-                       bundle.centre.z() / bundle.centre.w() - centre_.z(), 1};
-    }
+    const RayBundle bundle = AroundCapture(world_bundle);
     const BundleGeometry plain(bundle);
     if (!plain.valid()) {
       for (int y = 0; y < rectangle.height; ++y) {
@@ -175,25 +172,72 @@ class CapturedScene : public RaySource {
       }
       return;
     }
-    NearnessRange range = RangeInBundle(plain, views_);
-    const double zero = ZeroFor(bundle, range);
-    const BundleGeometry geometry(bundle, zero);
-    range = {range.far - zero, range.middle - zero, range.near - zero};
+    NearnessRange range;
+    const BundleGeometry geometry = Counted(plain, &range);
     const ViewRanking ranking(geometry, views_, neighbour_);
-    const Image<float> nearness = TargetDepth(geometry, views_, range, ranking, target_);
     const int first_x = rectangle.x / kTile, last_x = (rectangle.x + rectangle.width - 1) / kTile;
     const int first_y = rectangle.y / kTile, last_y = (rectangle.y + rectangle.height - 1) / kTile;
+    const int first_row = first_y * kTile;
+    const Image<float> nearness = TargetDepth(geometry, views_, range, ranking, target_, first_row,
+                                              std::min((last_y + 1) * kTile, bundle.height));
     const int columns = last_x - first_x + 1;
-    ParallelForEach(0, static_cast<std::int64_t>(columns) * (last_y - first_y + 1),
-                    [&](std::int64_t i) {
-                      const int tile_x = first_x + static_cast<int>(i % columns);
-                      const int tile_y = first_y + static_cast<int>(i / columns);
-                      RenderTile(geometry, ranking, nearness, tile_x * kTile, tile_y * kTile,
-                                 rectangle, samples);
-                    });
+    ParallelForEach(
+        0, static_cast<std::int64_t>(columns) * (last_y - first_y + 1), [&](std::int64_t i) {
+          const int tile_x = first_x + static_cast<int>(i % columns);
+          const int tile_y = first_y + static_cast<int>(i / columns);
+          RenderTile(geometry, ranking, nearness, first_row,
+                     {tile_x * kTile, tile_y * kTile, kTile, kTile}, rectangle, samples);
+        });
+  }
+
+  double QueryBytes(int width, int height) const override {
+    return TargetDepthBytes(width, height);
   }
 
  private:
+  // Coordinates of 1e7 would cost digits.
+  RayBundle AroundCapture(RayBundle bundle) const {
+    bundle.origin -= centre_;
+    if (bundle.centre.w() != 0) {
+      bundle.centre = {bundle.centre.x() / bundle.centre.w() - centre_.x(),
+                       bundle.centre.y() / bundle.centre.w() - centre_.y(),
+                       bundle.centre.z() / bundle.centre.w() - centre_.z(), 1};
+    }
+    return bundle;
+  }
+
+  // With nearness counted from where that is best.
+  BundleGeometry Counted(const BundleGeometry& plain, NearnessRange* range) const {
+    *range = RangeInBundle(plain, views_);
+    const double zero = ZeroFor(plain.bundle(), *range);
+    *range = {range->far - zero, range->middle - zero, range->near - zero};
+    return BundleGeometry(plain.bundle(), zero);
+  }
+
+  // By view: pixels between neighbouring rays, where they are fewest; 0 where that is not known.
+  std::vector<double> LeastSpacings(const std::optional<RayBundle>& world_rays) const {
+    std::vector<double> least(views_.size(), 0);
+    if (!world_rays) return least;
+    const BundleGeometry plain(AroundCapture(*world_rays));
+    if (!plain.valid()) return least;
+    NearnessRange range;
+    const BundleGeometry geometry = Counted(plain, &range);
+    const ViewRanking ranking(geometry, views_, neighbour_);
+    const RayBundle& bundle = geometry.bundle();
+    for (int y = 0; y < bundle.height; y += kTile) {
+      for (int x = 0; x < bundle.width; x += kTile) {
+        for (const Sight& sight :
+             ranking.Best(x + 0.5 * kTile, y + 0.5 * kTile, {range.middle, range.far, range.near},
+                          static_cast<int>(views_.size()))) {
+          const double spacing = sight.spacing * bundle.footprint;
+          double& of_view = least[static_cast<std::size_t>(sight.view)];
+          if (of_view == 0 || spacing < of_view) of_view = spacing;
+        }
+      }
+    }
+    return least;
+  }
+
   SourceView Prepare(const DepthView& from, const std::optional<RegularGrid>& grid,
                      double visibility_px, std::size_t count) const {
     const Camera& camera = from.view.camera;
@@ -236,30 +280,34 @@ class CapturedScene : public RaySource {
     return samples;
   }
 
+  // `nearness` has the bundle's rows from first_row on.
   void RenderTile(const BundleGeometry& geometry, const ViewRanking& ranking,
-                  const Image<float>& nearness, int x, int y, const Rect& rectangle,
-                  ImageSpan<RaySample> samples) const {
-    const Rect whole{x, y, std::min(kTile, nearness.width() - x),
-                     std::min(kTile, nearness.height() - y)};
+                  const Image<float>& nearness, int first_row, const Rect& tile_rays,
+                  const Rect& rectangle, ImageSpan<RaySample> samples) const {
+    const int x = tile_rays.x, y = tile_rays.y;
+    const Rect whole{x, y, std::min(kTile, geometry.bundle().width - x),
+                     std::min(kTile, geometry.bundle().height - y)};
     const int x0 = std::max(x, rectangle.x), y0 = std::max(y, rectangle.y);
     const int x1 = std::min(x + whole.width, rectangle.x + rectangle.width);
     const int y1 = std::min(y + whole.height, rectangle.y + rectangle.height);
     if (x0 >= x1 || y0 >= y1) return;
-    float near = nearness(x, y), far = near;
-    for (int v = y; v < y + whole.height; ++v) {
-      const auto [low, high] =
-          std::minmax_element(nearness.row(v) + x, nearness.row(v) + x + whole.width);
-      far = std::min(far, *low);
-      near = std::max(near, *high);
-    }
+    const ImageSpan<const float> of_tile =
+        nearness.span().Sub({x, y - first_row, whole.width, whole.height});
     TileSights tile;
-    tile.nearness = nearness(x + whole.width / 2, y + whole.height / 2);
-    tile.sights = ranking.Best(
-        x + 0.5 * whole.width, y + 0.5 * whole.height,
-        {static_cast<double>(tile.nearness), static_cast<double>(far), static_cast<double>(near)},
-        blend_.views + blend_.further);
+    tile.nearness = of_tile(whole.width / 2, whole.height / 2);
+    tile.far = tile.near = tile.nearness;
+    for (int v = 0; v < whole.height; ++v) {
+      const auto [low, high] = std::minmax_element(of_tile.row(v), of_tile.row(v) + whole.width);
+      tile.far = std::min(tile.far, *low);
+      tile.near = std::max(tile.near, *high);
+    }
+    tile.sights = ranking.Best(x + 0.5 * whole.width, y + 0.5 * whole.height,
+                               {static_cast<double>(tile.nearness), static_cast<double>(tile.far),
+                                static_cast<double>(tile.near)},
+                               blend_.views + blend_.further);
     const Rect rays{x0, y0, x1 - x0, y1 - y0};
-    BlendTile(geometry, views_, tile, neighbour_, blend_, rays, nearness.span().Sub(rays),
+    BlendTile(geometry, views_, tile, neighbour_, blend_, rays,
+              of_tile.Sub({x0 - x, y0 - y, rays.width, rays.height}),
               samples.Sub({x0 - rectangle.x, y0 - rectangle.y, rays.width, rays.height}));
   }
 

@@ -24,10 +24,14 @@ double Outside(const SourceView& view, double x, double y) {
 
 }  // namespace
 
-const ColorLevel& ColorLevelForSpacing(const SourceView& view, double spacing) {
-  if (!(spacing > 1)) return view.color[0];
+std::size_t ColorLevelForSpacing(double spacing, std::size_t levels) {
+  if (!(spacing > 1)) return 0;
   const double level = std::min(2 * std::log2(spacing), 1e3);
-  return view.color[std::min(static_cast<std::size_t>(std::lround(level)), view.color.size() - 1)];
+  return std::min(static_cast<std::size_t>(std::lround(level)), levels - 1);
+}
+
+const ColorLevel& ColorLevelForSpacing(const SourceView& view, double spacing) {
+  return view.color[ColorLevelForSpacing(spacing, view.color.size())];
 }
 
 const DepthLevel& DepthLevelForSpacing(const SourceView& view, double spacing) {

@@ -28,6 +28,7 @@ struct SourceView {
 
 // The levels whose pixels suit rays that are `spacing` view pixels apart: the nearest for colours,
 // not coarser than the rays for depth.
+std::size_t ColorLevelForSpacing(double spacing, std::size_t levels);
 const ColorLevel& ColorLevelForSpacing(const SourceView& view, double spacing);
 const DepthLevel& DepthLevelForSpacing(const SourceView& view, double spacing);
 

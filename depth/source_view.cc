@@ -18,6 +18,9 @@ constexpr float kLargestInverseDepth = 1e20F;  // far from overflow when it is m
 constexpr int kHalfExponent = 15;              // 2^16 is beyond the largest half float
 constexpr int kReadAhead = 32;                 // kernels read so many pixels too far
 constexpr int kSmallestColorLevel = 8;         // px of the longer side
+// Levels so much coarser than the finest one are made of it, nearer ones of the picture itself:
+// averaging twice would blur them.
+constexpr std::size_t kMuchCoarser = 3;
 
 struct DepthPixel {
   float inverse_depth = -1, confidence = 0;
@@ -200,8 +203,9 @@ float FloatFromHalf(std::uint16_t half) {
   return std::bit_cast<float>((static_cast<std::uint32_t>(half) << 13) + ((127U - 15U) << 23));
 }
 
-// A smaller level of the picture whose first level is `whole`.
-ColorLevel Reduced(const ColorLevel& whole, int width, int height) {
+// A smaller level of a picture than `whole` is.
+ColorLevel Reduced(const ColorLevel& whole, int width, int height, int picture_width,
+                   int picture_height) {
   const auto row = [&](int y, Rgb* buffer) -> const Rgb* {
     const ColorLevel::Pixel* from = whole.pixels.row(y + ColorLevel::kPad) + ColorLevel::kPad;
     for (int x = 0; x < whole.width; ++x) {
@@ -209,8 +213,8 @@ ColorLevel Reduced(const ColorLevel& whole, int width, int height) {
     }
     return buffer;
   };
-  return Padded(ResizeArea(whole.width, whole.height, row, width, height), {1, 1, 1}, whole.width,
-                whole.height);
+  return Padded(ResizeArea(whole.width, whole.height, row, width, height), {1, 1, 1}, picture_width,
+                picture_height);
 }
 
 }  // namespace
@@ -250,7 +254,7 @@ std::vector<DepthLevel> DepthPyramid(const DepthMap& depth, int color_width, int
   return levels;
 }
 
-ColorPyramid::ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent) {
+ColorPyramid::ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent, std::size_t finest) {
   for (int l = 0;; ++l) {
     const double scale = std::exp2(-0.5 * l);
     const int width = std::max(1, static_cast<int>(std::lround(color.width() * scale)));
@@ -260,17 +264,27 @@ ColorPyramid::ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent) {
     levels_.back()->width = width;
     levels_.back()->height = height;
   }
-  std::call_once(levels_[0]->made, [&] {
-    levels_[0]->level =
-        Padded(color, std::ldexp(1.0F, exponent) * gain, color.width(), color.height());
-  });
+  finest_ = std::min(finest, levels_.size() - 1);
+  const Rgb scale = std::ldexp(1.0F, exponent) * gain;
+  const std::size_t end = finest_ == 0 ? 1 : std::min(finest_ + kMuchCoarser, levels_.size());
+  for (std::size_t l = finest_; l < end; ++l) {
+    Lazy& made = *levels_[l];
+    std::call_once(made.made, [&] {
+      made.level = l == 0 ? Padded(color, scale, color.width(), color.height())
+                          : Padded(ResizeArea(color.span(), made.width, made.height), scale,
+                                   color.width(), color.height());
+    });
+  }
 }
 
 const ColorLevel& ColorPyramid::operator[](std::size_t level) const {
-  Lazy& lazy = *levels_[level];
+  Lazy& lazy = *levels_[std::max(level, finest_)];
   // Rays of other threads wait for the level meanwhile.
   std::call_once(lazy.made, [&] {
-    Isolated([&] { lazy.level = Reduced(levels_[0]->level, lazy.width, lazy.height); });
+    Isolated([&] {
+      lazy.level = Reduced(levels_[finest_]->level, lazy.width, lazy.height, levels_[0]->width,
+                           levels_[0]->height);
+    });
   });
   return lazy.level;
 }

@@ -87,13 +87,14 @@ struct ColorLevel {
 };
 
 // A view's colours at every scale: level l is about 2^(-l/2) as large as the picture
-// (area-filtered), so that the nearest level is at most 2^(1/4) off a wanted scale. Levels above 0
-// are made when they are first asked for: a display needs one or two of a photograph's.
+// (area-filtered), so that the nearest level is at most 2^(1/4) off a wanted scale. Most levels are
+// made when they are first asked for: a display needs one or two of a photograph's.
 class ColorPyramid {
  public:
   ColorPyramid() = default;
-  // Colours are multiplied by `gain` and 2^exponent.
-  ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent);
+  // Colours are multiplied by `gain` and 2^exponent. Levels finer than `finest` are not kept; it
+  // stands for them.
+  ColorPyramid(const Image<Rgb>& color, Rgb gain, int exponent, std::size_t finest = 0);
 
   std::size_t size() const { return levels_.size(); }
   const ColorLevel& operator[](std::size_t level) const;  // from any thread
@@ -105,6 +106,7 @@ class ColorPyramid {
     ColorLevel level;
   };
   std::vector<std::unique_ptr<Lazy>> levels_;
+  std::size_t finest_ = 0;
 };
 
 // The exponent with which the largest colour is just below the largest half float, so that 40

@@ -20,6 +20,8 @@ constexpr int kBandTiles = 3;
 constexpr double kSameSurface = 0.6;
 // Weight of a map by its direction, as in blending.
 constexpr double kOwnView = 0.02;
+// Rows of tiles above and below in which a hole's neighbours are looked for.
+constexpr int kFillTiles = 2;
 
 int Tiles(int rays) { return (rays + kTile - 1) / kTile; }
 
@@ -44,10 +46,10 @@ double NearnessPerInverseDepth(const BundleGeometry& geometry, const SourceView&
 
 Wishes CollectWishes(const BundleGeometry& geometry, const std::vector<SourceView>& views,
                      const NearnessRange& range, const ViewRanking& ranking,
-                     const TargetDepthOptions& options) {
+                     const TargetDepthOptions& options, int first_tile_row, int end_tile_row) {
   Wishes wishes(views.size());
   const RayBundle& bundle = geometry.bundle();
-  for (int ty = 0; ty < Tiles(bundle.height); ++ty) {
+  for (int ty = first_tile_row; ty < end_tile_row; ++ty) {
     for (int tx = 0; tx < Tiles(bundle.width); ++tx) {
       const double u = std::min((tx + 0.5) * kTile, tx * kTile + 0.5 * (bundle.width - tx * kTile));
       const double v =
@@ -70,40 +72,65 @@ Wishes CollectWishes(const BundleGeometry& geometry, const std::vector<SourceVie
   return wishes;
 }
 
+// A view's surface as a bundle meets it.
+struct Landing {
+  const DepthLevel* level = nullptr;
+  Eigen::Matrix4d bundle_from_level;
+  std::vector<LandingBlock> blocks;
+};
+
+Landing LandingOf(const BundleGeometry& geometry, const SourceView& view, const DepthLevel& level) {
+  Eigen::Matrix4d level_from_world = view.view_from_world;
+  level_from_world.row(0) *= level.per_color_x;
+  level_from_world.row(1) *= level.per_color_y;
+  Landing landing{&level, geometry.bundle_from_world() * level_from_world.inverse(), {}};
+  const RayBundle& bundle = geometry.bundle();
+  landing.blocks = LandingBlocks(level, landing.bundle_from_level, bundle.width, bundle.height);
+  return landing;
+}
+
 // A band of rows of the bundle with what the maps merged so far say.
 class Band {
  public:
-  Band(const BundleGeometry& geometry, int first_tile_row, ImageSpan<float> nearness)
-      : geometry_(geometry),
-        first_tile_row_(first_tile_row),
+  Band(int first_tile_row, ImageSpan<float> nearness)
+      : first_tile_row_(first_tile_row),
         nearness_(nearness),
         weights_(nearness.width, nearness.height),
         drawn_(nearness.width, nearness.height),
-        wanted_(Tiles(nearness.width), Tiles(nearness.height)) {
+        tiles_(Tiles(nearness.width), Tiles(nearness.height)),
+        merged_(tiles_.width(), tiles_.height()) {
     for (int y = 0; y < nearness.height; ++y) {
       std::fill_n(nearness.row(y), nearness.width, kNoSurface);
     }
   }
 
   // Merges a view's map into the tiles that want it at the given ranks.
-  void Merge(const SourceView& view, const DepthLevel& level, const std::vector<Wish>& wishes,
-             int first_rank, int last_rank, bool holes_only) {
-    std::vector<const Wish*> here;
-    std::fill_n(wanted_.data(), wanted_.size(), std::uint8_t{0});
+  void Merge(const Landing& view, const std::vector<Wish>& wishes, int first_rank, int last_rank,
+             bool holes_only) {
+    std::vector<const Wish*> wanted, here;
+    std::fill_n(tiles_.data(), tiles_.size(), Tile::kUnwanted);
     for (const Wish& wish : wishes) {
       const int row = wish.tile_y - first_tile_row_;
-      if (row < 0 || row >= wanted_.height() || wish.rank < first_rank || wish.rank > last_rank)
+      if (row < 0 || row >= tiles_.height() || wish.rank < first_rank || wish.rank > last_rank)
         continue;
       if (holes_only && !HasHole(TileRays(wish))) continue;
-      wanted_(wish.tile_x, row) = 1;
-      here.push_back(&wish);
+      tiles_(wish.tile_x, row) = Tile::kWanted;
+      wanted.push_back(&wish);
     }
-    if (here.empty()) return;
+    if (wanted.empty()) return;
+    const std::vector<LandingBlock> blocks = Hit(view.blocks);
+    for (const Wish* wish : wanted) {
+      if (tiles_(wish->tile_x, wish->tile_y - first_tile_row_) == Tile::kHit) here.push_back(wish);
+    }
     for (const Wish* wish : here) Clear(TileRays(*wish));
-    Draw(view, level);
+    Draw(view, blocks);
     for (const Wish* wish : here) {
+      std::uint8_t& merged = merged_(wish->tile_x, wish->tile_y - first_tile_row_);
       if (holes_only) {
         FillHoles(TileRays(*wish));
+      } else if (merged == 0) {
+        TakeTile(*wish, TileRays(*wish));
+        merged = 1;
       } else {
         MergeTile(*wish, TileRays(*wish));
       }
@@ -111,6 +138,29 @@ class Band {
   }
 
  private:
+  enum class Tile : std::uint8_t { kUnwanted, kWanted, kHit };
+
+  // The blocks that can hit wanted tiles, which are marked.
+  std::vector<LandingBlock> Hit(const std::vector<LandingBlock>& blocks) {
+    std::vector<LandingBlock> hit;
+    const auto tile = [](float at) { return static_cast<int>(at) / kTile; };
+    for (const LandingBlock& block : blocks) {
+      bool wanted = false;
+      const int y0 = std::max(tile(block.v0) - first_tile_row_, 0);
+      const int y1 = std::min(tile(block.v1) - first_tile_row_, tiles_.height() - 1);
+      const int x1 = std::min(tile(block.u1), tiles_.width() - 1);
+      for (int y = y0; y <= y1; ++y) {
+        for (int x = tile(block.u0); x <= x1; ++x) {
+          if (tiles_(x, y) == Tile::kUnwanted) continue;
+          tiles_(x, y) = Tile::kHit;
+          wanted = true;
+        }
+      }
+      if (wanted) hit.push_back(block);
+    }
+    return hit;
+  }
+
   Rect TileRays(const Wish& wish) const {
     const int x = wish.tile_x * kTile, y = (wish.tile_y - first_tile_row_) * kTile;
     return {x, y, std::min(kTile, nearness_.width - x), std::min(kTile, nearness_.height - y)};
@@ -129,15 +179,19 @@ class Band {
       std::fill_n(drawn_.row(y) + r.x, r.width, kNoSurface);
   }
 
-  void Draw(const SourceView& view, const DepthLevel& level) {
-    // World to level pixels, and to rows that count from the band's first.
-    Eigen::Matrix4d level_from_world = view.view_from_world;
-    level_from_world.row(0) *= level.per_color_x;
-    level_from_world.row(1) *= level.per_color_y;
-    Eigen::Matrix4d band_from_world = geometry_.bundle_from_world();
-    band_from_world.row(1) -= static_cast<double>(first_tile_row_) * kTile * band_from_world.row(2);
-    const Eigen::Matrix4d map = band_from_world * level_from_world.inverse();
-    DrawSurface(level, map, {kTile, wanted_.span()}, drawn_.span());
+  void Draw(const Landing& view, const std::vector<LandingBlock>& blocks) {
+    // To rows that count from the band's first.
+    Eigen::Matrix4d map = view.bundle_from_level;
+    map.row(1) -= static_cast<double>(first_tile_row_) * kTile * map.row(2);
+    DrawBlocks(*view.level, map, blocks, drawn_.span());
+  }
+
+  // Of the first map there is nothing to merge with.
+  void TakeTile(const Wish& wish, const Rect& r) {
+    for (int y = r.y; y < r.y + r.height; ++y) {
+      std::copy_n(drawn_.row(y) + r.x, r.width, nearness_.row(y) + r.x);
+      std::fill_n(weights_.row(y) + r.x, r.width, wish.weight);
+    }
   }
 
   // The nearest surface wins; what lies within the tolerance of it is averaged.
@@ -169,11 +223,11 @@ class Band {
     }
   }
 
-  const BundleGeometry& geometry_;
   int first_tile_row_;
   ImageSpan<float> nearness_;
   Image<float> weights_, drawn_;
-  Image<std::uint8_t> wanted_;
+  Image<Tile> tiles_;
+  Image<std::uint8_t> merged_;  // 1 where a map was
 };
 
 // The level of a view's depth whose pixels are at most as large as the bundle's rays.
@@ -213,31 +267,49 @@ NearnessRange RangeInBundle(const BundleGeometry& geometry, const std::vector<So
 
 Image<float> TargetDepth(const BundleGeometry& geometry, const std::vector<SourceView>& views,
                          const NearnessRange& range, const ViewRanking& ranking,
-                         const TargetDepthOptions& options) {
+                         const TargetDepthOptions& options, int first_row, int end_row) {
   const RayBundle& bundle = geometry.bundle();
-  Image<float> nearness(bundle.width, bundle.height);
-  const Wishes wishes = CollectWishes(geometry, views, range, ranking, options);
-  std::vector<const DepthLevel*> levels;
-  for (const SourceView& view : views) levels.push_back(&LevelOf(geometry, view, range));
-  const int bands = (Tiles(bundle.height) + kBandTiles - 1) / kBandTiles;
+  const int first_tile = std::max(first_row / kTile - kFillTiles, 0);
+  const int end_tile = std::min(Tiles(end_row) + kFillTiles, Tiles(bundle.height));
+  const int first = first_tile * kTile, end = std::min(end_tile * kTile, bundle.height);
+  const Wishes wishes =
+      CollectWishes(geometry, views, range, ranking, options, first_tile, end_tile);
+  std::vector<Landing> landings(views.size());
+  ParallelForEach(0, static_cast<std::int64_t>(views.size()), [&](std::int64_t i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (wishes[k].empty()) return;
+    landings[k] = LandingOf(geometry, views[k], LevelOf(geometry, views[k], range));
+  });
+  Image<float> nearness(bundle.width, end - first);
+  const int bands = (end_tile - first_tile + kBandTiles - 1) / kBandTiles;
   ParallelForEach(0, bands, [&](std::int64_t b) {
-    const int tile_row = static_cast<int>(b) * kBandTiles;
+    const int tile_row = first_tile + static_cast<int>(b) * kBandTiles;
     const int y = tile_row * kTile;
-    const Rect rows{0, y, bundle.width, std::min(kBandTiles * kTile, bundle.height - y)};
-    Band band(geometry, tile_row, nearness.span().Sub(rows));
+    const Rect rows{0, y - first, bundle.width, std::min(kBandTiles * kTile, end - y)};
+    Band band(tile_row, nearness.span().Sub(rows));
     for (std::size_t k = 0; k < views.size(); ++k) {
       if (wishes[k].empty()) continue;
-      band.Merge(views[k], *levels[k], wishes[k], 0, options.maps - 1, false);
+      band.Merge(landings[k], wishes[k], 0, options.maps - 1, false);
     }
     for (int rank = options.maps; rank < options.maps + options.further; ++rank) {
       for (std::size_t k = 0; k < views.size(); ++k) {
         if (wishes[k].empty()) continue;
-        band.Merge(views[k], *levels[k], wishes[k], rank, rank, true);
+        band.Merge(landings[k], wishes[k], rank, rank, true);
       }
     }
   });
-  FillFromFartherSide(static_cast<float>(range.middle), nearness.span());
-  return nearness;
+  FillFromFartherSide(static_cast<float>(range.middle), kFillTiles * kTile, nearness.span());
+  if (first == first_row && end == end_row) return nearness;
+  Image<float> wanted(bundle.width, end_row - first_row);
+  std::copy_n(nearness.row(first_row - first), wanted.size(), wanted.data());
+  return wanted;
+}
+
+double TargetDepthBytes(int width, int rows) {
+  // Whole tiles with those around them: nearness, what fills its holes, and the wanted rows.
+  const double all = rows + 2.0 * (kFillTiles + 1) * kTile;
+  const double of_band = 2.0 * kBandTiles * kTile;
+  return sizeof(float) * static_cast<double>(width) * (3 * all + NumThreads() * of_band);
 }
 
 }  // namespace lamella

@@ -21,9 +21,13 @@ struct NearnessRange {
 // `geometry` counts nearness from 0.
 NearnessRange RangeInBundle(const BundleGeometry& geometry, const std::vector<SourceView>& views);
 
-// bundle.width x bundle.height nearnesses, each finite. Decided for the whole bundle.
+// The nearnesses, each finite, of the rows [first_row, end_row) of the bundle, where tiles (kTile)
+// begin and end. No value depends on which rows are asked for.
 Image<float> TargetDepth(const BundleGeometry& geometry, const std::vector<SourceView>& views,
                          const NearnessRange& range, const ViewRanking& ranking,
-                         const TargetDepthOptions& options);
+                         const TargetDepthOptions& options, int first_row, int end_row);
+
+// What TargetDepth allocates for so many rows of a bundle, wherever they lie, at most.
+double TargetDepthBytes(int width, int rows);
 
 }  // namespace lamella

@@ -38,17 +38,16 @@ void WarpedDepth::Add(const View& given, const DepthMap& depth) {
   const SurfaceRule rule{kLargestStretch / px_per_inverse_depth, 0};
   const DepthLevel level =
       std::move(DepthPyramid(depth, given.camera.width, given.camera.height, rule).front());
-  TileMask everywhere;
-  Image<std::uint8_t> wanted(inverse_depth_.width() / everywhere.size + 1,
-                             inverse_depth_.height() / everywhere.size + 1, std::uint8_t{1});
-  everywhere.wanted = wanted.span();
-  DrawSurface(level, TargetFromLevel(target_, given, level), everywhere, inverse_depth_.span());
+  const Eigen::Matrix4d map = TargetFromLevel(target_, given, level);
+  DrawBlocks(level, map, LandingBlocks(level, map, inverse_depth_.width(), inverse_depth_.height()),
+             inverse_depth_.span());
 }
 
 DepthMap WarpedDepth::Result() const {
   Image<float> filled = inverse_depth_.Clone();
   // Again, for corners with nothing in their row and column.
-  for (int pass = 0; pass < 2; ++pass) FillFromFartherSide(kNoSurface, filled.span());
+  for (int pass = 0; pass < 2; ++pass)
+    FillFromFartherSide(kNoSurface, filled.height(), filled.span());
   DepthMap map{Image<float>(filled.width(), filled.height()),
                Image<float>(filled.width(), filled.height())};
   for (std::size_t i = 0; i < filled.size(); ++i) {

@@ -8,6 +8,7 @@
 #include "distribute/assign.h"
 #include "distribute/emitter_beams.h"
 #include "distribute/nodes.h"
+#include "distribute/strips.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -15,8 +16,7 @@ namespace {
 
 // Below this the colour of an emitter, light / coverage, would be rounding noise.
 constexpr float kLeastCoverage = 1e-5F;
-// Strips are of whole blocks of rows, as the files of emitters are.
-constexpr int kBlockRows = 32;
+constexpr double kGib = 1073741824;
 
 std::size_t Index(int i) { return static_cast<std::size_t>(i); }
 
@@ -40,45 +40,6 @@ std::vector<LayerBeams> EnclosingBeams(const Display& display, const LayersOptio
         EnclosingBeamsOf(display, static_cast<int>(layer), directions);
   });
   return beams;
-}
-
-// Rows of emitters that are worked on at a time.
-struct Strip {
-  int first_row = 0, end_row = 0;
-  int rows() const { return end_row - first_row; }
-};
-
-// Bytes that a row of emitters takes in all layers while their light is summed up.
-double BytesPerRow(const Display& display) {
-  constexpr double kBeamBytes = 256;  // of an emitter's beam and its overlaps
-  double bytes = 0;
-  for (const Layer& layer : display.layers) {
-    const double k = SlotsPerAxis(layer), columns = EmitterColumns(display, layer);
-    bytes += columns * (k * k * sizeof(Light) + (HasRowFamilies(layer) ? kBeamBytes : 0));
-  }
-  return bytes;
-}
-
-constexpr double kGib = 1073741824;
-
-// A quarter of the memory is for nodes' samples, half is left to the scene.
-int BatchOf(const NodeLattice& nodes, const Strip& strip, const LayersOptions& options) {
-  constexpr int kMost = 2;  // neighbours that share emitters: more are hardly faster
-  int width = 1;
-  for (const SampleRange& range : nodes.samples_x) width = std::max(width, range.size());
-  const double rows = static_cast<double>(strip.rows()) * options.samples_per_pixel;
-  const double fitting = options.memory_gib / 4 * kGib / (sizeof(RaySample) * rows * width);
-  return static_cast<int>(std::clamp(fitting, 1.0, double{kMost}));
-}
-
-std::vector<Strip> StripsOf(const Display& display, double memory_gib) {
-  const double fitting = memory_gib / 4 * kGib / BytesPerRow(display);
-  const int rows = display.emitter_rows();
-  int step = rows;
-  if (fitting < rows) step = std::max(1, static_cast<int>(fitting) / kBlockRows) * kBlockRows;
-  std::vector<Strip> strips;
-  for (int row = 0; row < rows; row += step) strips.push_back({row, std::min(row + step, rows)});
-  return strips;
 }
 
 // places[column]: of the column in a row of sums.
@@ -114,12 +75,14 @@ std::vector<ColumnPlaces> SortColumnsByNode(int slots, int columns, std::vector<
   return places;
 }
 
-EmitterImage Normalised(const Image<Light>& sums, const ColumnPlaces& places) {
-  EmitterImage image{Image<Rgb>(sums.width(), sums.height()),
-                     Image<float>(sums.width(), sums.height())};
-  for (int y = 0; y < sums.height(); ++y) {
+// Of the rows [first_row, end_row) of the sums.
+EmitterImage Normalised(const Image<Light>& sums, const ColumnPlaces& places, int first_row,
+                        int end_row) {
+  EmitterImage image{Image<Rgb>(sums.width(), end_row - first_row),
+                     Image<float>(sums.width(), end_row - first_row)};
+  for (int y = 0; y < image.color.height(); ++y) {
     for (int x = 0; x < sums.width(); ++x) {
-      const Light& sum = sums(places[Index(x)], y);
+      const Light& sum = sums(places[Index(x)], first_row + y);
       if (sum.coverage < kLeastCoverage) continue;
       const float scale = 1 / sum.coverage;
       image.color(x, y) = {scale * sum.r, scale * sum.g, scale * sum.b};
@@ -158,30 +121,46 @@ bool PassesWithin(const AxisBeam& beam, double layer_mm, double size_mm) {
   return std::abs(beam.At(-layer_mm)) <= size_mm / 2;
 }
 
-// Of the emitters of a slot that have a ray through the picture.
-SeenRays CountSeen(const LayerBeams& beams, double layer_mm, const EmitterRows& rows, int k,
-                   const PictureSize& picture) {
-  const Image<float>& coverage = rows.emitters.coverage;
-  std::vector<std::vector<int>> columns(beams.columns.size());
-  for (std::size_t family = 0; family < columns.size(); ++family) {
-    for (const EmitterBeam& column : beams.columns[family]) {
-      if (column.slot != rows.slot % k) continue;
-      if (!PassesWithin(column.beam, layer_mm, picture.width_mm)) continue;
-      columns[family].push_back(column.emitter);
+// Counts the emitters of a slot that have a ray through the picture.
+class SeenCounter {
+ public:
+  SeenCounter(const LayerBeams& beams, double layer_mm, int slot, int slots_per_axis,
+              const PictureSize& picture)
+      : beams_(beams),
+        layer_mm_(layer_mm),
+        slot_y_(slot / slots_per_axis),
+        height_mm_(picture.height_mm),
+        columns_(beams.columns.size()) {
+    for (std::size_t family = 0; family < columns_.size(); ++family) {
+      for (const EmitterBeam& column : beams.columns[family]) {
+        if (column.slot != slot % slots_per_axis) continue;
+        if (!PassesWithin(column.beam, layer_mm, picture.width_mm)) continue;
+        columns_[family].push_back(column.emitter);
+      }
     }
   }
-  SeenRays count;
-  for (const EmitterBeam& row : beams.rows) {
-    if (row.slot != rows.slot / k) continue;
-    if (!PassesWithin(row.beam, layer_mm, picture.height_mm)) continue;
-    const float* of_row = coverage.row(row.emitter - rows.first_row);
-    for (const int column : columns[Index(row.family)]) {
-      count.seen += static_cast<double>(of_row[column]);
+
+  // Rows of the panel from first_row on.
+  void Add(int first_row, const Image<float>& coverage, SeenRays& count) const {
+    for (const EmitterBeam& row : beams_.rows) {
+      const int y = row.emitter - first_row;
+      if (row.slot != slot_y_ || y < 0 || y >= coverage.height()) continue;
+      if (!PassesWithin(row.beam, layer_mm_, height_mm_)) continue;
+      const float* of_row = coverage.row(y);
+      for (const int column : columns_[Index(row.family)]) {
+        count.seen += static_cast<double>(of_row[column]);
+      }
+      count.rays += static_cast<double>(columns_[Index(row.family)].size());
     }
-    count.rays += static_cast<double>(columns[Index(row.family)].size());
   }
-  return count;
-}
+
+ private:
+  const LayerBeams& beams_;
+  double layer_mm_;
+  int slot_y_;
+  double height_mm_;
+  std::vector<std::vector<int>> columns_;  // by family
+};
 
 class Distributor {
  public:
@@ -193,9 +172,8 @@ class Distributor {
         beams_(EnclosingBeams(display, options)),
         nodes_(
             NodesFor(display, beams_, options.nodes_per_step, options.samples_per_pixel, kernel_)),
-        strips_(StripsOf(display, options.memory_gib)),
-        batch_(BatchOf(nodes_, strips_[0], options)),
-        samples_(Index(batch_)),
+        strips_(StripsOf(display, nodes_, source, options.memory_gib * kGib)),
+        samples_(Index(kNodesAtATime)),
         layers_(display.layers.size()),
         sums_(display.layers.size()) {
     nodes_.scatter = options.scatter;
@@ -261,6 +239,7 @@ class Distributor {
       if (slot.height() == rows.rows()) {
         std::fill_n(slot.data(), slot.size(), Light());
       } else {
+        slot = {};  // before there is another
         slot = Image<Light>(columns, rows.rows());
       }
     }
@@ -277,9 +256,10 @@ class Distributor {
     MakeRoom(rows);
     for (int node_y = 0; node_y < nodes_.y.count; ++node_y) {
       const SampleRange y = SamplesOf(rows, node_y);
-      for (int node_x = 0; node_x < nodes_.x.count; node_x += batch_) {
-        AddNodes(node_x, std::min(node_x + batch_, nodes_.x.count), node_y, y);
-        progress.Advance(std::min(batch_, nodes_.x.count - node_x));
+      for (int node_x = 0; node_x < nodes_.x.count; node_x += kNodesAtATime) {
+        const int end_x = std::min(node_x + kNodesAtATime, nodes_.x.count);
+        AddNodes(node_x, end_x, node_y, y);
+        progress.Advance(end_x - node_x);
       }
     }
     for (int layer = 0; layer < static_cast<int>(layers_.size()); ++layer) {
@@ -287,7 +267,7 @@ class Distributor {
     }
   }
 
-  // For a batch of any nodes.
+  // For any nodes.
   void MakeRoom(const std::vector<const AxisOverlaps*>& rows) {
     int width = 0, height = 0;
     for (const SampleRange& x : nodes_.samples_x) width = std::max(width, x.size());
@@ -295,7 +275,9 @@ class Distributor {
       height = std::max(height, SamplesOf(rows, node).size());
     }
     for (Image<RaySample>& room : samples_) {
-      if (room.width() < width || room.height() < height) room = Image<RaySample>(width, height);
+      if (room.width() >= width && room.height() >= height) continue;
+      room = {};
+      room = Image<RaySample>(width, height);
     }
   }
 
@@ -329,13 +311,19 @@ class Distributor {
     std::vector<SeenRays> all(sums.slots.size()), in_picture(all.size());
     ParallelForEach(0, static_cast<std::int64_t>(all.size()), [&](std::int64_t s) {
       const std::size_t slot = static_cast<std::size_t>(s);
-      EmitterRows rows{layer, static_cast<int>(s), sums.first_row,
-                       Normalised(sums.slots[slot], strip.places[slot % Index(k)])};
+      const SeenCounter count_all(strip.beams, z, static_cast<int>(s), k, {});
+      const SeenCounter count_picture(strip.beams, z, static_cast<int>(s), k, picture);
+      const int rows = sums.slots[slot].height();
+      for (int row = 0; row < rows; row += kBlockRows) {
+        EmitterRows some{layer, static_cast<int>(s), sums.first_row + row,
+                         Normalised(sums.slots[slot], strip.places[slot % Index(k)], row,
+                                    std::min(row + kBlockRows, rows))};
+        count_all.Add(some.first_row, some.emitters.coverage, all[slot]);
+        count_picture.Add(some.first_row, some.emitters.coverage, in_picture[slot]);
+        if (subpixels) some.emitters = Joined(some.emitters);
+        take(std::move(some));
+      }
       if (strips_.size() == 1) sums.slots[slot] = {};
-      all[slot] = CountSeen(strip.beams, z, rows, k, {});
-      in_picture[slot] = CountSeen(strip.beams, z, rows, k, picture);
-      if (subpixels) rows.emitters = Joined(rows.emitters);
-      take(std::move(rows));
     });
     for (const SeenRays& some : all) all_.Add(some);
     for (const SeenRays& some : in_picture) in_picture_.Add(some);
@@ -348,14 +336,35 @@ class Distributor {
   const std::vector<LayerBeams> beams_;
   NodeLattice nodes_;
   const std::vector<Strip> strips_;
-  const int batch_;                        // nodes that are added at a time
-  std::vector<Image<RaySample>> samples_;  // room for each of them
+  std::vector<Image<RaySample>> samples_;  // room for each of the nodes that are added at a time
   std::vector<LayerStrip> layers_;
   std::vector<LayerSums> sums_;
   SeenRays all_, in_picture_;
 };
 
+NodeLattice NodesOf(const Display& display, const LayersOptions& options) {
+  return NodesFor(display, EnclosingBeams(display, options), options.nodes_per_step,
+                  options.samples_per_pixel, KernelOf(options.kernel));
+}
+
 }  // namespace
+
+RayBundle MiddleRays(const Display& display, const LayersOptions& options) {
+  const double size = display.emitter_pitch_mm() / options.samples_per_pixel;
+  RayBundle rays;
+  rays.centre = {0, 0, display.viewing_distance_mm, 1};
+  rays.origin = {-display.width_mm() / 2, display.height_mm() / 2, 0};
+  rays.dx = {size, 0, 0};
+  rays.dy = {0, -size, 0};
+  rays.width = display.emitter_columns() * options.samples_per_pixel;
+  rays.height = display.emitter_rows() * options.samples_per_pixel;
+  return rays;
+}
+
+double LeastBytes(const RaySource& source, const Display& display, const LayersOptions& options) {
+  const NodeLattice nodes = NodesOf(display, options);
+  return BytesOfStrips(display, nodes, source, StripsOf(display, nodes, source, 0)[0].rows());
+}
 
 SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,
                       const PictureSize& picture, const TakeEmitterRows& take, Progress& progress) {
@@ -368,11 +377,18 @@ LayerImages Distribute(const RaySource& source, const Display& display,
   LayersOptions at_once = options;
   at_once.memory_gib = std::numeric_limits<double>::infinity();
   LayerImages images;
+  const int columns = display.emitter_columns(), rows = display.emitter_rows();
   for (const Layer& layer : display.layers) {
-    images.slots.emplace_back(Index(SlotsPerAxis(layer) * SlotsPerAxis(layer)));
+    std::vector<EmitterImage>& slots = images.slots.emplace_back();
+    for (int slot = 0; slot < SlotsPerAxis(layer) * SlotsPerAxis(layer); ++slot) {
+      slots.push_back({Image<Rgb>(columns, rows), Image<float>(columns, rows)});
+    }
   }
-  const TakeEmitterRows take = [&](EmitterRows rows) {
-    images.slots[Index(rows.layer)][Index(rows.slot)] = std::move(rows.emitters);
+  const TakeEmitterRows take = [&](const EmitterRows& some) {
+    EmitterImage& to = images.slots[Index(some.layer)][Index(some.slot)];
+    const EmitterImage& from = some.emitters;
+    std::copy_n(from.color.data(), from.color.size(), to.color.row(some.first_row));
+    std::copy_n(from.coverage.data(), from.coverage.size(), to.coverage.row(some.first_row));
   };
   images.seen_share = Distribute(source, display, at_once, {}, take, progress).of_all;
   return images;
@@ -433,7 +449,7 @@ OptionTable Describe(LayersOptions& options) {
         {},
         "--border-offset-mm"},
        {"memory_gib",
-        "emitters are made in strips that fit into this much memory, GiB",
+        "emitters are made in strips, so that all fits into this much memory, GiB",
         &options.memory_gib,
         0.1,
         1e4,

@@ -30,7 +30,8 @@ struct LayersOptions {
   std::string directions = "true";  // or "ideal" (distribute/emitter_beams.h)
   bool scatter = false;  // nodes and samples within their cells by a low-discrepancy sequence
   std::optional<double> border_mm, border_offset_mm;  // default: the display's
-  double memory_gib = 4;  // what is above it is done strip by strip; changes no value
+  // Of what distribution allocates; strip by strip where all rows need more. Changes no value.
+  double memory_gib = 4;
 };
 OptionTable Describe(LayersOptions& options);
 void ApplyQuality(Quality quality, LayersOptions& options);
@@ -53,8 +54,15 @@ struct EmitterRows {
   int layer = 0, slot = 0, first_row = 0;
   EmitterImage emitters;
 };
-// Is called from several threads; for one slot in the order of rows.
+// Is called from several threads; for one slot in the order of rows, in whole blocks of 32 but for
+// the last.
 using TakeEmitterRows = std::function<void(EmitterRows)>;
+
+// The rays that an eye in the middle would ask for: as all nodes', about.
+RayBundle MiddleRays(const Display& display, const LayersOptions& options);
+
+// Bytes that Distribute needs at least, however little memory the options allow it.
+double LeastBytes(const RaySource& source, const Display& display, const LayersOptions& options);
 
 // The mean coverage of the display's rays: of all, and of those that pass the picture (all rays
 // have one footprint).
@@ -69,7 +77,7 @@ struct PictureSize {
 
 // Any optics; of a lenticular sheet each channel of a pixel is an emitter of its own, and their
 // mean coverage the pixel's. `source` is placed: it answers in the display's frame. The emitters
-// are given away strip by strip, so that they need not fit into memory.
+// are given away block by block, so that they need not fit into memory.
 SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,
                       const PictureSize& picture, const TakeEmitterRows& take, Progress& progress);
 // All of them at once.

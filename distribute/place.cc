@@ -129,35 +129,11 @@ Eigen::Vector4d CameraFromDisplay(const Placement& p, const Eigen::Vector4d& dis
           (display.w() - p.b * z) / p.a};
 }
 
-// A bundle of the display's frame in the world, and how z maps back.
-class PlacedSource final : public RaySource {
+// Bundles of the display's frame in the world.
+class BundlePlacer {
  public:
-  PlacedSource(const RaySource& world, const Placement& placement)
-      : world_(world),
-        placement_(placement),
-        world_from_camera_(Inverse(placement.camera_from_world)) {}
-
-  void Query(const RayBundle& bundle, const Rect& rectangle,
-             ImageSpan<RaySample> samples) const override {
-    const RayBundle display = OnVisiblePlane(bundle);
-    world_.Query(InWorld(display), rectangle, samples);
-    const double plane_depth = Depth(display.origin.z());
-    ParallelFor(0, rectangle.height, 64, [&](std::int64_t first, std::int64_t last) {
-      for (int y = static_cast<int>(first); y < last; ++y) {
-        for (int x = 0; x < rectangle.width; ++x) {
-          float& z = samples(x, y).z;
-          z = static_cast<float>(placement_.ZFromDepth(plane_depth - static_cast<double>(z)) -
-                                 bundle.origin.z());
-        }
-      }
-    });
-  }
-
- private:
-  double Depth(double z) const {
-    const double distance = placement_.viewing_distance_mm - z;
-    return placement_.a / (1 / distance - placement_.b);
-  }
+  explicit BundlePlacer(const Placement& placement)
+      : placement_(placement), world_from_camera_(Inverse(placement.camera_from_world)) {}
 
   // The same rays, crossing a plane that is in front of the reference camera and not at infinity.
   // Only a focus beyond the scene puts z = 0 there.
@@ -207,9 +183,46 @@ class PlacedSource final : public RaySource {
     return world;
   }
 
-  const RaySource& world_;
+ private:
   const Placement placement_;
   const Rigid world_from_camera_;
+};
+
+// Bundles go into the world, and z comes back.
+class PlacedSource final : public RaySource {
+ public:
+  PlacedSource(const RaySource& world, const Placement& placement)
+      : world_(world), placement_(placement), placer_(placement) {}
+
+  void Query(const RayBundle& bundle, const Rect& rectangle,
+             ImageSpan<RaySample> samples) const override {
+    const RayBundle display = placer_.OnVisiblePlane(bundle);
+    world_.Query(placer_.InWorld(display), rectangle, samples);
+    const double plane_depth = Depth(display.origin.z());
+    ParallelFor(0, rectangle.height, 64, [&](std::int64_t first, std::int64_t last) {
+      for (int y = static_cast<int>(first); y < last; ++y) {
+        for (int x = 0; x < rectangle.width; ++x) {
+          float& z = samples(x, y).z;
+          z = static_cast<float>(placement_.ZFromDepth(plane_depth - static_cast<double>(z)) -
+                                 bundle.origin.z());
+        }
+      }
+    });
+  }
+
+  double QueryBytes(int width, int height) const override {
+    return world_.QueryBytes(width, height);
+  }
+
+ private:
+  double Depth(double z) const {
+    const double distance = placement_.viewing_distance_mm - z;
+    return placement_.a / (1 / distance - placement_.b);
+  }
+
+  const RaySource& world_;
+  const Placement placement_;
+  const BundlePlacer placer_;
 };
 
 }  // namespace
@@ -374,6 +387,11 @@ Placement Place(const View& reference, double near, double far, const Display& d
 
 std::unique_ptr<RaySource> Placed(const RaySource& world, const Placement& placement) {
   return std::make_unique<PlacedSource>(world, placement);
+}
+
+RayBundle InWorld(const RayBundle& bundle, const Placement& placement) {
+  const BundlePlacer placer(placement);
+  return placer.InWorld(placer.OnVisiblePlane(bundle));
 }
 
 Eigen::Vector3d EyeOfCamera(const Placement& placement, const Rigid& camera_from_world) {

@@ -84,6 +84,9 @@ Placement Place(const View& reference, double near, double far, const Display& d
 // `world`. A bundle's plane must be parallel to z = 0: only then its grid is a grid of the world.
 std::unique_ptr<RaySource> Placed(const RaySource& world, const Placement& placement);
 
+// A bundle of the display's frame as Placed asks the world for it.
+RayBundle InWorld(const RayBundle& bundle, const Placement& placement);
+
 // Where an eye of the display's frame is for a camera of the world: its centre under the map.
 Eigen::Vector3d EyeOfCamera(const Placement& placement, const Rigid& camera_from_world);
 

@@ -60,6 +60,8 @@ class RaySource {
   // holes is decided per whole bundle. Safe to call from many threads.
   virtual void Query(const RayBundle& bundle, const Rect& rectangle,
                      ImageSpan<RaySample> samples) const = 0;
+  // What a query of so many rays allocates meanwhile, at most; 0: hardly anything.
+  virtual double QueryBytes(int /*width*/, int /*height*/) const { return 0; }
 };
 
 // The rays of a pinhole camera's pixels: plane at depth 1 in front of it, so that

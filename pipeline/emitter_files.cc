@@ -1,5 +1,7 @@
 #include "pipeline/emitter_files.h"
 
+#include <algorithm>
+#include <thread>
 #include <utility>
 
 #include "pipeline/layers_record.h"
@@ -24,6 +26,16 @@ void EmitterFiles::Write(const EmitterRows& rows) {
   if (rows.first_row + rows.emitters.color.height() < rows_) return;
   file->Close();
   file.reset();
+}
+
+double EmitterFiles::Bytes() const {
+  // OpenEXR keeps two blocks of 32 rows a thread of the machine, of four half floats a pixel, and
+  // for each what its compressor needs: the same twice and a table.
+  constexpr double kBlockRows = 32, kPixelBytes = 8, kCopies = 3, kTableBytes = 1 << 17;
+  const double blocks = 2.0 * std::max(1U, std::thread::hardware_concurrency());
+  double files = 0;
+  for (const auto& layer : files_) files += static_cast<double>(layer.size());
+  return files * blocks * (kCopies * kBlockRows * columns_ * kPixelBytes + kTableBytes);
 }
 
 }  // namespace lamella

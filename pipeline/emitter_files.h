@@ -17,6 +17,9 @@ class EmitterFiles {
   // Callable from several threads; a slot's rows in their order. Its file appears with the last.
   void Write(const EmitterRows& rows);
 
+  // What the files hold while they are all open, at most.
+  double Bytes() const;
+
  private:
   const std::filesystem::path folder_;
   const int columns_, rows_;

@@ -1,14 +1,41 @@
 #include "pipeline/make_layers.h"
 
+#include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "distribute/displays.h"
 #include "pipeline/emitter_files.h"
+#include "pipeline/peak_memory.h"
 
 namespace lamella {
 namespace {
+
+constexpr double kGib = 1073741824;
+
+// Gives the distribution what --memory leaves it; says so where that is too little.
+LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& world,
+                             const LayersRecord& record, const EmitterFiles& files,
+                             std::vector<std::string>& warnings) {
+  const double loading = PeakMemory::OwnMib() / 1024;
+  const double held = ResidentMib() / 1024 + files.Bytes() / kGib;
+  LayersOptions left = options;
+  left.memory_gib = std::max(options.memory_gib - held, 0.0);
+  const double strip = LeastBytes(world, record.display, options) / kGib;
+  const double least = std::max(loading, held + strip);
+  if (options.memory_gib < least) {
+    warnings.push_back(fmt::format(
+        "--memory {:g} cannot be held: the views took {:.2f} GiB while they were read, "
+        "they and the files take {:.2f} and the lowest strip {:.2f}; --memory {:.2f} is "
+        "the least that works",
+        options.memory_gib, loading, held, strip, std::ceil(100 * least) / 100));
+  }
+  return left;
+}
 
 StageReport Report(const LayersRecord& record, const std::string& note) {
   const Placement& p = record.placement;
@@ -45,14 +72,18 @@ StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord reco
                        Progress& progress) {
   const PictureSize picture{record.placement.picture_width_mm, record.placement.picture_height_mm};
   EmitterFiles files(run.folder(), record.display);
+  std::vector<std::string> warnings;
+  const std::unique_ptr<const RaySource> placed = Placed(*world, record.placement);
   const SeenShares seen = Distribute(
-      *Placed(*world, record.placement), record.display, options, picture,
+      *placed, record.display, WithMemoryLeft(options, *placed, record, files, warnings), picture,
       [&](const EmitterRows& rows) { files.Write(rows); }, progress);
   world.reset();
   record.seen_share = seen.of_all;
   record.seen_share_in_picture = seen.of_picture;
   SaveLayersRecord(run.folder(), record);
-  return Report(record, note);
+  StageReport report = Report(record, note);
+  report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
+  return report;
 }
 
 }  // namespace lamella

@@ -15,4 +15,7 @@ class PeakMemory {
   double children_before_mib_;
 };
 
+// What this process holds now; memory that was freed is given back before.
+double ResidentMib();
+
 }  // namespace lamella

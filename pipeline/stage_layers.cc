@@ -79,7 +79,10 @@ StageReport RunLayers(const Workspace& workspace, const LayersOptions& options,
   record.placement =
       Place(reference, range.near, range.far, record.display, options.placement, &note);
 
-  return MakeLayers(LoadCaptureSource(workspace, render, progress), std::move(record), options,
+  RenderOptions seen_only = render;  // layers take nothing else
+  seen_only.guess_unseen = false;
+  seen_only.rays = InWorld(MiddleRays(record.display, options), record.placement);
+  return MakeLayers(LoadCaptureSource(workspace, seen_only, progress), std::move(record), options,
                     note, run, progress);
 }
 

@@ -342,12 +342,88 @@ TEST(FillFromFartherSide, TakesTheBackgroundAndLeavesNoHole) {
   Image<float> nearness(7, 3, kNothing);
   nearness(0, 1) = 5;
   nearness(6, 1) = 2;
-  FillFromFartherSide(9, nearness.span());
+  FillFromFartherSide(9, nearness.height(), nearness.span());
   EXPECT_EQ(nearness(0, 1), 5);
   for (int x = 1; x < 7; ++x) EXPECT_EQ(nearness(x, 1), 2);
   EXPECT_EQ(nearness(0, 0), 5);  // only its column knows something
   EXPECT_EQ(nearness(6, 2), 2);
   EXPECT_EQ(nearness(3, 0), 9);  // nothing along its row and column
+}
+
+TEST(FillFromFartherSide, LooksSoFarAlongColumnsOnly) {
+  Image<float> nearness(3, 9, kNothing);
+  nearness(1, 0) = 4;
+  nearness(1, 8) = 3;
+  FillFromFartherSide(9, 3, nearness.span());
+  const float expected[] = {4, 4, 4, 4, 9, 3, 3, 3, 3};
+  for (int y = 0; y < 9; ++y) EXPECT_EQ(nearness(1, y), expected[y]) << y;
+  EXPECT_EQ(nearness(0, 0), 4);
+  EXPECT_EQ(nearness(0, 2), 9);
+}
+
+TEST(LandingBlocks, HoldAllThatTheirBlocksDraw) {
+  DepthMap map{Image<float>(150, 110), Image<float>(150, 110, 1.0F)};
+  for (int y = 0; y < 110; ++y) {
+    for (int x = 0; x < 150; ++x) {
+      if (x > 64 && x < 100 && y > 30 && y < 66) continue;  // a block of nothing
+      map.depth(x, y) = 1 / (0.2F + 0.001F * static_cast<float>(x % 50) + (y > 70 ? 0.2F : 0.0F));
+    }
+  }
+  const DepthLevel level = std::move(DepthPyramid(map, 150, 110, {0.02, 0}).front());
+  Eigen::Matrix4d to_bundle;
+  to_bundle << 1.3, 0.1, -40, 20, -0.1, 1.2, -10, 5, 0, 0.001, 1, 0.1, 0, 0, 0, 1;
+  Image<float> whole(130, 90, kNothing);
+  const std::vector<LandingBlock> blocks = LandingBlocks(level, to_bundle, 130, 90);
+  EXPECT_LT(blocks.size(), level.blocks.size());
+  DrawBlocks(level, to_bundle, blocks, whole.span());
+  int drawn = 0;
+  Image<float> together(130, 90, kNothing);
+  for (const LandingBlock& block : blocks) {
+    Image<float> alone(130, 90, kNothing);
+    DrawBlocks(level, to_bundle, {&block, 1}, alone.span());
+    for (int y = 0; y < 90; ++y) {
+      for (int x = 0; x < 130; ++x) {
+        if (alone(x, y) == kNothing) continue;
+        ++drawn;
+        const float u = static_cast<float>(x) + 0.5F, v = static_cast<float>(y) + 0.5F;
+        ASSERT_TRUE(u >= block.u0 && u <= block.u1 && v >= block.v0 && v <= block.v1);
+        together(x, y) = std::max(together(x, y), alone(x, y));
+      }
+    }
+  }
+  EXPECT_GT(drawn, 5000);
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    ASSERT_EQ(whole.data()[i], together.data()[i]);
+  }
+}
+
+TEST(ColorPyramid, KeepsNoFinerLevelThanTheFinestAndTheOthersAsTheyWere) {
+  Image<Rgb> picture(80, 60);
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      const auto wave = [&](int a, int b) {
+        return 0.5F + 0.5F * std::sin(0.3F * static_cast<float>(a * x + b * y));
+      };
+      picture(x, y) = {wave(1, 2), wave(2, 1), wave(1, 1)};
+    }
+  }
+  const ColorPyramid all(picture, {1, 0.8F, 1}, 4), coarse(picture, {1, 0.8F, 1}, 4, 2);
+  ASSERT_EQ(all.size(), coarse.size());
+  EXPECT_EQ(&coarse[0], &coarse[2]);
+  EXPECT_EQ(&coarse[1], &coarse[2]);
+  for (std::size_t l = 2; l < all.size(); ++l) {
+    ASSERT_EQ(all[l].width, coarse[l].width);
+    ASSERT_EQ(all[l].height, coarse[l].height);
+    EXPECT_EQ(all[l].scale_x, coarse[l].scale_x);
+    double worst = 0;
+    for (std::size_t i = 0; i < all[l].pixels.size(); ++i) {
+      const double a = reference::FromHalf(all[l].pixels.data()[i].g);
+      const double b = reference::FromHalf(coarse[l].pixels.data()[i].g);
+      worst = std::max(worst, std::abs(a - b) / 16);
+    }
+    // Much coarser ones are means of means.
+    EXPECT_LT(worst, l < 5 ? 1e-3 : 0.05) << l;
+  }
 }
 
 TEST(ResizeArea, KeepsTheMeanAndAveragesWhatAPixelCovers) {

@@ -7,6 +7,7 @@
 
 #include "lightfield/error.h"
 #include "lightfield/parallel.h"
+#include "tests/allocated.h"
 #include "tests/depth/analytic_scene.h"
 
 namespace lamella {
@@ -296,6 +297,80 @@ TEST(CaptureSource, RaysThatNoViewSawAreMarkedAndKeepAPlausibleColour) {
   EXPECT_GT(unseen_count, 500);
   EXPECT_GT(seen_count, 10000);
   EXPECT_LT(wrong, 60);  // beside edges of depth
+}
+
+TEST(CaptureSource, LeavesOutWhatNoViewSawWhereItIsNotGuessed) {
+  const Scene scene = TwoPlanes();
+  RenderOptions seen_only;
+  seen_only.guess_unseen = false;
+  const auto views = [&] {
+    std::vector<DepthView> views = NineViews(scene);
+    for (DepthView& v : views) {
+      for (int y = 30; y < 60; ++y) {
+        for (int x = 40; x < 80; ++x) v.depth.depth(x, y) = v.depth.confidence(x, y) = 0;
+      }
+    }
+    return views;
+  };
+  // Looks past the pictures, too.
+  const RayBundle bundle = BundleOfCamera(PinholeOf(kWidth, kHeight, kFocal), PoseAt({1.1, 0, 0}));
+  const Image<RaySample> all = QueryAll(*CaptureSource(views(), {}), bundle);
+  const Image<RaySample> some = QueryAll(*CaptureSource(views(), seen_only), bundle);
+  int seen = 0, unseen = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const RaySample &a = all.data()[i], &b = some.data()[i];
+    ASSERT_NEAR(a.coverage, b.coverage, 1e-6F);
+    if (a.coverage == 0) {
+      ++unseen;
+      ASSERT_EQ(b.color, Rgb());
+      ASSERT_EQ(b.confidence, 0);
+    } else if (a.coverage > 0.5F) {
+      ++seen;
+      ASSERT_NEAR(a.color.g, b.color.g, 2e-3F);
+      ASSERT_EQ(a.z, b.z);
+    }
+  }
+  EXPECT_GT(seen, 3000);
+  EXPECT_GT(unseen, 1500);
+}
+
+TEST(CaptureSource, KeepsColoursNoFinerThanTheRaysNeed) {
+  const Scene scene = TwoPlanes();
+  RayBundle coarse = NewView();
+  coarse.dx *= 4;
+  coarse.dy *= 4;
+  coarse.width /= 4;
+  coarse.height /= 4;
+  RenderOptions known;
+  known.rays = coarse;
+  std::vector<DepthView> with = NineViews(scene), without = NineViews(scene);
+  const Image<RaySample> a = QueryAll(*CaptureSource(std::move(with), known), coarse);
+  const Image<RaySample> b = QueryAll(*CaptureSource(std::move(without), {}), coarse);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_NEAR(a.data()[i].color.g, b.data()[i].color.g, 4e-3F);
+    ASSERT_EQ(a.data()[i].coverage, b.data()[i].coverage);
+  }
+}
+
+TEST(CaptureSource, AllocatesNoMoreForAQueryThanItSays) {
+  RenderOptions seen_only;
+  seen_only.guess_unseen = false;
+  const auto source = CaptureSource(NineViews(TwoPlanes()), seen_only);
+  RayBundle fine = NewView();
+  fine.dx /= 6;
+  fine.dy /= 6;
+  fine.width *= 6;
+  fine.height *= 6;
+  for (const int rows : {720, 160}) {
+    Image<RaySample> samples(fine.width, rows);
+    const Rect part{0, (fine.height - rows) / 2, fine.width, rows};
+    source->Query(fine, part, samples.span());
+    const Allocated allocated;
+    source->Query(fine, part, samples.span());
+    const double said = source->QueryBytes(fine.width, rows);
+    EXPECT_LE(allocated.PeakBytes(), said) << rows;
+    EXPECT_GE(allocated.PeakBytes(), 0.3 * said) << rows;
+  }
 }
 
 TEST(CaptureSource, AnUnknownDepthIsNoSurface) {

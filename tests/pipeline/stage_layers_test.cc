@@ -210,5 +210,22 @@ TEST(StageLayers, WritesTheSameBytesWithAnyNumberOfThreads) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
+TEST(StageLayers, WritesTheSameBytesWithAnyMemoryAndSaysHowMuchItNeeds) {
+  const Workspace workspace = WithCapture();
+  LayersOptions options = SmallDisplay(workspace);
+  Display tall = FindDisplay(options.display);
+  tall.height_px = 300;
+  WriteTextAtomically(options.display, ToToml(tall));
+  const StageReport whole = MakeLayers(workspace, options);
+  EXPECT_TRUE(whole.warnings.empty());
+  const std::string hash = LoadStageRecord(workspace, "layers")->OutputsHash();
+  options.memory_gib = 0.01;  // less than the program itself takes: three strips
+  const StageReport strips = MakeLayers(workspace, options);
+  EXPECT_EQ(LoadStageRecord(workspace, "layers")->OutputsHash(), hash);
+  ASSERT_EQ(strips.warnings.size(), 1U);
+  EXPECT_THAT(strips.warnings[0], HasSubstr("--memory 0.01 cannot be held"));
+  EXPECT_THAT(strips.warnings[0], HasSubstr("is the least that works"));
+}
+
 }  // namespace
 }  // namespace lamella

@@ -1,0 +1,34 @@
+// Strips of rows in which emitters are made, so that what is allocated meanwhile fits into memory.
+#pragma once
+
+#include <vector>
+
+#include "distribute/nodes.h"
+#include "lightfield/display.h"
+#include "lightfield/ray_source.h"
+
+namespace lamella {
+
+// Rows of emitters that are worked on at a time.
+struct Strip {
+  int first_row = 0, end_row = 0;
+  int rows() const { return end_row - first_row; }
+};
+
+// Emitters are given away, and files of them written, in blocks of so many rows.
+inline constexpr int kBlockRows = 32;
+// Nodes whose samples are held at a time: neighbours share emitters; more are hardly faster.
+inline constexpr int kNodesAtATime = 2;
+
+// What Distribute allocates at most while it works on strips of `rows` rows: the sums of light,
+// beams and their overlaps, the nodes' samples, what the source needs to answer for them, and what
+// threads hold.
+double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
+                     int rows);
+
+// Even strips of whole blocks: as few as take at most `bytes`; where none does, those that take
+// least and still are no lower than what is asked around them.
+std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,
+                            const RaySource& source, double bytes);
+
+}  // namespace lamella

@@ -1,0 +1,114 @@
+// What distribution allocates against what it was allowed, counted at operator new.
+#include "distribute/strips.h"
+
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "distribute/displays.h"
+#include "distribute/distribute.h"
+#include "distribute/emitter_beams.h"
+#include "tests/allocated.h"
+
+namespace lamella {
+namespace {
+
+constexpr double kGib = 1073741824;
+
+// Everything is seen, and an answer takes so many bytes a ray.
+class Everything final : public RaySource {
+ public:
+  explicit Everything(int bytes_per_ray = 0) : bytes_per_ray_(bytes_per_ray) {}
+  void Query(const RayBundle&, const Rect&, ImageSpan<RaySample> samples) const override {
+    const Image<char> room(bytes_per_ray_ * samples.width, samples.height);
+    for (int y = 0; y < samples.height; ++y) {
+      for (int x = 0; x < samples.width; ++x) samples(x, y) = {{0.5F, 0.5F, 0.5F}, -3, 1, 1};
+    }
+  }
+  double QueryBytes(int width, int height) const override {
+    return static_cast<double>(bytes_per_ray_) * width * height;
+  }
+
+ private:
+  int bytes_per_ray_;
+};
+
+Display Panel(const std::string& name, int width, int height) {
+  Display display = FindDisplay(name);
+  display.width_px = width;
+  display.height_px = height;
+  return display;
+}
+
+Display WithOptics(const Optics& optics, int width, int height) {
+  Display display = Panel("paper-one-layer", width, height);
+  display.name = "test";
+  display.layers[0].optics = optics;
+  display.border_offset_mm = 0;
+  return display;
+}
+
+double AllocatedFor(const RaySource& source, const Display& display, const LayersOptions& options,
+                    int* rows_of_a_slot) {
+  *rows_of_a_slot = 0;
+  const Allocated allocated;
+  Distribute(
+      source, display, options, {},
+      [&](const EmitterRows& rows) {
+        if (rows.layer == 0 && rows.slot == 0) *rows_of_a_slot += rows.emitters.color.height();
+      },
+      SilentProgress());
+  return allocated.PeakBytes();
+}
+
+TEST(Strips, TakeNoMoreMemoryThanTheyMayWhateverTheDisplay) {
+  for (const Display& display :
+       {Panel("paper-two-layer", 240, 320), Panel("paper-one-layer", 480, 480),
+        WithOptics(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6}, 240, 320),
+        WithOptics(Lenticular{7.5, 0.17, 9, 0.3}, 60, 320)}) {
+    for (const int bytes_per_ray : {0, 40}) {
+      const Everything source(bytes_per_ray);
+      LayersOptions options;
+      const double least = LeastBytes(source, display, options);
+      for (const double times : {1.0, 100.0}) {
+        options.memory_gib = times * least / kGib;
+        int rows = 0;
+        const double taken = AllocatedFor(source, display, options, &rows);
+        EXPECT_LE(taken, times * least) << display.name << " " << times;
+        if (times == 1) {
+          EXPECT_GE(taken, 0.25 * least) << display.name;
+        }
+        EXPECT_EQ(rows, display.emitter_rows());
+      }
+    }
+  }
+}
+
+TEST(Strips, AreEvenWholeBlocksAndAsFewAsFit) {
+  const Display display = Panel("paper-two-layer", 480, 1080);
+  std::vector<LayerBeams> beams;
+  for (int layer = 0; layer < 2; ++layer) beams.push_back(EnclosingBeamsOf(display, layer));
+  const NodeLattice nodes = NodesFor(display, beams, 1, 1, Kernel::kBeam);
+  const Everything source;
+  const double all = BytesOfStrips(display, nodes, source, 1080);
+  EXPECT_EQ(StripsOf(display, nodes, source, all).size(), 1U);
+  for (const double share : {0.95, 0.6, 0.4, 0.25, 0.0}) {
+    const std::vector<Strip> strips = StripsOf(display, nodes, source, share * all);
+    int row = 0;
+    for (const Strip& strip : strips) {
+      EXPECT_EQ(strip.first_row, row);
+      EXPECT_LE(strip.rows(), strips[0].rows());
+      row = strip.end_row;
+    }
+    EXPECT_EQ(row, 1080);
+    EXPECT_EQ(strips[0].rows() % kBlockRows, 0);
+    const int count = static_cast<int>(strips.size());
+    EXPECT_LT(strips[0].rows(), 1080 / count + kBlockRows);
+    if (share == 0) continue;
+    EXPECT_LE(BytesOfStrips(display, nodes, source, strips[0].rows()), share * all);
+    EXPECT_GT(BytesOfStrips(display, nodes, source, 1080 / (count - 1)), share * all);
+  }
+}
+
+}  // namespace
+}  // namespace lamella
