@@ -158,6 +158,12 @@ void CheckRays(const Fit& fit, const Structure& structure, const CalibrateOption
   const Eigen::MatrixXd covariance = CovarianceOf(fit);
   if (covariance.size() == 0) return;  // UnknownDirections has told
   report.rays = UncertaintyOfRays(fit, structure, covariance, options.eye_box);
+  report.probed = RaysToProbe(structure, options.eye_box);
+  for (int i = 0; i < fit.columns.num_display; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    report.deviations.push_back(
+        {fit.columns.names[at], fit.columns.units[at], std::sqrt(covariance(i, i))});
+  }
   if (report.rays.rms_sd_px <= options.largest_ray_rms_px &&
       report.rays.max_sd_px <= options.largest_ray_max_px) {
     return;
@@ -197,6 +203,9 @@ CalibrationReport Calibrate(const Observations& given, const Calibration& design
   if (!fit.converged && report.accepted()) {
     report.failures.push_back({"the solution did not settle", "look at the photographs left out"});
   }
+  report.residuals = MapResiduals(fit, structure, observations);
+  report.eye_box = options.eye_box;
+  report.next_view = BestNextView(fit, structure, observations, options.eye_box);
   report.warnings = ThinCoverage(fit, structure, observations, options.eye_box);
   return report;
 }

@@ -9,14 +9,18 @@
 //   solve.h          the joint robust solution; slip.h: photographs of one position that moved
 //   select.h         which groups of parameters the photographs ask for and carry
 //   uncertainty.h    how well rays are known, and what the photographs leave open
+//   residual_map.h   where on its panels it fits; next_view.h: from where to photograph next
 //
 // calibration.md has the measurements behind each choice.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "calibration/next_view.h"
 #include "calibration/observations.h"
+#include "calibration/residual_map.h"
 #include "calibration/select.h"
 #include "calibration/uncertainty.h"
 #include "lightfield/calibration.h"
@@ -39,6 +43,13 @@ struct FitOf {
   double chi2 = 0;    // per degree of freedom, points' own
 };
 
+// A parameter's standard deviation, from the joint covariance of all.
+struct ParameterDeviation {
+  std::string name;  // "layer 1 gap"
+  std::string unit;  // "mm", "rad", "px" or none
+  double sd = 0;
+};
+
 // What the photographs do not settle, and which photograph would.
 struct Weakness {
   std::string lost, cure;
@@ -54,6 +65,11 @@ struct CalibrationReport {
   double slip_px = 0;  // tau
   double chi2 = 0;     // per degree of freedom, of all
   RayUncertainty rays;
+  std::vector<ProbedRay> probed;               // that `rays` has deviations of
+  std::vector<ParameterDeviation> deviations;  // of cameras and display; empty: some are unknown
+  std::vector<ResidualMap> residuals;          // of each panel
+  EyeBox eye_box;                              // that was asked for
+  std::optional<NextView> next_view;           // which photograph would help most
   Degeneracy degeneracy;
   std::vector<GroupVerdict> groups;
   std::vector<std::string> rejected;  // photographs left out, and why

@@ -48,39 +48,40 @@ Rigid Moved(const Rigid& pose, const Vector6d& by) {
 // Hands out columns in their order.
 struct ColumnMaker {
   Columns& columns;
-  int Next(const std::string& name, double prior_sd) {
+  int Next(const std::string& name, double prior_sd, const std::string& unit) {
     columns.names.push_back(name);
+    columns.units.push_back(unit);
     columns.prior_sd.push_back(prior_sd);
     return columns.size++;
   }
   int Pose(const std::string& of, double angle_sd, double shift_sd) {
     const int first = columns.size;
     for (const char* part : {"rotation x", "rotation y", "rotation z"}) {
-      Next(fmt::format("{} {}", of, part), angle_sd);
+      Next(fmt::format("{} {}", of, part), angle_sd, "rad");
     }
     for (const char* part : {"position x", "position y", "distance"}) {
-      Next(fmt::format("{} {}", of, part), shift_sd);
+      Next(fmt::format("{} {}", of, part), shift_sd, "mm");
     }
     return first;
   }
   int Relation(const std::string& of) {
     const int first = columns.size;
-    Next(of + " offset x", 10);
-    Next(of + " offset y", 10);
-    Next(of + " gap", 5);
-    for (const char* part : {"tilt x", "tilt y", "rotation"}) Next(of + " " + part, 0.05);
+    Next(of + " offset x", 10, "mm");
+    Next(of + " offset y", 10, "mm");
+    Next(of + " gap", 5, "mm");
+    for (const char* part : {"tilt x", "tilt y", "rotation"}) Next(of + " " + part, 0.05, "rad");
     return first;
   }
 };
 
 void AddCamera(ColumnMaker& maker, const std::string& name, bool k3) {
   maker.columns.camera.push_back(maker.columns.size);
-  for (const char* part : {"focal x", "focal y"}) maker.Next(name + " " + part, 200);
-  for (const char* part : {"centre x", "centre y"}) maker.Next(name + " " + part, 100);
-  maker.Next(name + " distortion k1", 0.3);
-  maker.Next(name + " distortion k2", 1);
-  for (const char* part : {"p1", "p2"}) maker.Next(name + " distortion " + part, 0.02);
-  if (k3) maker.Next(name + " distortion k3", 3);
+  for (const char* part : {"focal x", "focal y"}) maker.Next(name + " " + part, 200, "px");
+  for (const char* part : {"centre x", "centre y"}) maker.Next(name + " " + part, 100, "px");
+  maker.Next(name + " distortion k1", 0.3, "");
+  maker.Next(name + " distortion k2", 1, "");
+  for (const char* part : {"p1", "p2"}) maker.Next(name + " distortion " + part, 0.02, "");
+  if (k3) maker.Next(name + " distortion k3", 3, "");
 }
 
 bool Photographed(const Structure& structure, const PanelId& panel) {
@@ -102,20 +103,20 @@ void AddLayer(ColumnMaker& maker, const Structure& structure, int i, const FreeG
     if (!photographed) return columns;
     const bool reference = panel == structure.reference;
     const std::string of = NameOf(panel);
-    if (free.scale && !reference) columns[0] = maker.Next(of + " scale", 0.01);
+    if (free.scale && !reference) columns[0] = maker.Next(of + " scale", 0.01, "");
     if (free.aspect_skew && !reference) {
-      columns[1] = maker.Next(of + " aspect", 0.01);
-      columns[2] = maker.Next(of + " skew", 0.01);
+      columns[1] = maker.Next(of + " aspect", 0.01, "");
+      columns[2] = maker.Next(of + " skew", 0.01, "");
     }
-    if (free.bow) columns[3] = maker.Next(of + " bow", 2);
+    if (free.bow) columns[3] = maker.Next(of + " bow", 2, "mm");
     return columns;
   };
   maker.columns.emitter_shape.push_back(shape(emitter, has_emitter));
   maker.columns.modulator_shape.push_back(shape(modulator, has_modulator));
   const bool index = free.index && relation && design.index > 1;
-  maker.columns.index.push_back(index ? maker.Next(name + " index", 0.02) : -1);
+  maker.columns.index.push_back(index ? maker.Next(name + " index", 0.02, "") : -1);
   const bool plate = free.plate && design.plate && (has_emitter || has_modulator);
-  maker.columns.plate.push_back(plate ? maker.Next(name + " plate thickness", 1) : -1);
+  maker.columns.plate.push_back(plate ? maker.Next(name + " plate thickness", 1, "mm") : -1);
 }
 
 void PlusShape(Eigen::Vector4d& shape, const std::array<int, 4>& columns,
@@ -210,8 +211,8 @@ Columns ColumnsOf(const Structure& structure, const FreeGroups& free,
   columns.first_slip = columns.size;
   for (const PanelPhoto& photo : observations.photos) {
     if (!free.slip) break;
-    columns.slip.push_back(maker.Next(photo.photo + " slip x", 1));
-    maker.Next(photo.photo + " slip y", 1);
+    columns.slip.push_back(maker.Next(photo.photo + " slip x", 1, "px"));
+    maker.Next(photo.photo + " slip y", 1, "px");
   }
   return columns;
 }

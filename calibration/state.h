@@ -75,6 +75,7 @@ struct Columns {
   std::vector<std::array<int, 4>> emitter_shape, modulator_shape;  // each -1 or its column
   std::vector<int> index, plate;                                   // -1 or column, per layer
   std::vector<std::string> names;                                  // "layer 1 gap", of each column
+  std::vector<std::string> units;                                  // "mm", "rad", "px", "" of each
   std::vector<double> prior_sd;  // what a display builder would assume (section 6), per column
   int num_camera = 0;            // cameras come first,
   int num_display = 0;           // then the display, to here; then views

@@ -104,33 +104,46 @@ RayDifference CompareRays(const Eigen::Matrix2Xd& a, const Eigen::Matrix2Xd& b) 
   return difference;
 }
 
-RayUncertainty UncertaintyOfRays(const Fit& fit, const Structure& structure,
-                                 const Eigen::MatrixXd& covariance, const EyeBox& box) {
-  const std::vector<ProbedRay> rays = RaysToProbe(structure, box);
+Eigen::MatrixXd SlopesOfRays(const Fit& fit, const Structure& structure,
+                             const std::vector<ProbedRay>& rays, const Eigen::VectorXd& steps) {
   const int num = fit.columns.num_display;
   const auto num_rays = static_cast<Eigen::Index>(rays.size());
   Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(2 * num_rays, num);
-  const int first = fit.columns.num_camera;  // a camera changes no ray
-  for (int column = first; column < num; ++column) {
-    const double step = 0.05 * std::sqrt(covariance(column, column));
-    slopes.col(column) = SlopeOf(fit, structure, rays, column, step).reshaped();
+  for (int column = fit.columns.num_camera; column < num; ++column) {
+    slopes.col(column) = SlopeOf(fit, structure, rays, column, steps(column)).reshaped();
   }
+  return slopes;
+}
+
+RayUncertainty UncertaintyOfRays(const std::vector<ProbedRay>& rays, const Eigen::MatrixXd& slopes,
+                                 const Eigen::MatrixXd& covariance) {
   RayUncertainty uncertainty;
-  const Eigen::MatrixXd spread = slopes * covariance.topLeftCorner(num, num);
+  const Eigen::MatrixXd spread = slopes * covariance;
   double sum = 0, counted = 0;
-  for (Eigen::Index i = 0; i < num_rays; ++i) {
+  for (std::size_t ray = 0; ray < rays.size(); ++ray) {
+    const auto i = static_cast<Eigen::Index>(ray);
     const double variance =
         spread.row(2 * i).dot(slopes.row(2 * i)) + spread.row(2 * i + 1).dot(slopes.row(2 * i + 1));
+    uncertainty.sd_px.push_back(std::sqrt(variance));
     if (std::isnan(variance)) continue;
     sum += variance;
     counted += 1;
     if (variance > uncertainty.max_sd_px * uncertainty.max_sd_px) {
       uncertainty.max_sd_px = std::sqrt(variance);
-      uncertainty.worst = rays[static_cast<std::size_t>(i)];
+      uncertainty.worst = rays[ray];
     }
   }
   uncertainty.rms_sd_px = counted > 0 ? std::sqrt(sum / counted) : 0;
   return uncertainty;
+}
+
+RayUncertainty UncertaintyOfRays(const Fit& fit, const Structure& structure,
+                                 const Eigen::MatrixXd& covariance, const EyeBox& box) {
+  const std::vector<ProbedRay> rays = RaysToProbe(structure, box);
+  const int num = fit.columns.num_display;
+  const Eigen::VectorXd steps = 0.05 * covariance.diagonal().head(num).cwiseSqrt();
+  return UncertaintyOfRays(rays, SlopesOfRays(fit, structure, rays, steps),
+                           covariance.topLeftCorner(num, num));
 }
 
 Degeneracy DegeneracyOf(const Fit& fit) {

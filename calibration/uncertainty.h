@@ -38,12 +38,21 @@ struct RayDifference {
 };
 RayDifference CompareRays(const Eigen::Matrix2Xd& a, const Eigen::Matrix2Xd& b);
 
+// The slopes J of the rays' pixels, two rows for each ray, against the display's parameters (the
+// first Columns::num_display; a camera changes no ray). By central differences of `steps`.
+Eigen::MatrixXd SlopesOfRays(const Fit& fit, const Structure& structure,
+                             const std::vector<ProbedRay>& rays, const Eigen::VectorXd& steps);
+
 // Standard deviation of the ray map (of the length of its error, both coordinates together).
 struct RayUncertainty {
   double rms_sd_px = 0, max_sd_px = 0;
   ProbedRay worst;
+  std::vector<double> sd_px;  // of every ray; NaN where it never meets the panel
 };
-// J C J^T with J by central differences of a twentieth of each parameter's deviation.
+// J C J^T, of a covariance of the display's parameters.
+RayUncertainty UncertaintyOfRays(const std::vector<ProbedRay>& rays, const Eigen::MatrixXd& slopes,
+                                 const Eigen::MatrixXd& covariance);
+// The same, with J by steps of a twentieth of each parameter's deviation.
 RayUncertainty UncertaintyOfRays(const Fit& fit, const Structure& structure,
                                  const Eigen::MatrixXd& covariance, const EyeBox& box);
 

@@ -196,9 +196,9 @@ AxisBeam MiddleBeam(const Display& display, const Layer& layer) {
   return beam;
 }
 
-EyeBox CleanEyeBoxOf(const Display& display, const Layer& layer) {
+EyeRectangle CleanEyeBoxOf(const Display& display, const Layer& layer) {
   const double pitch = display.emitter_pitch_mm(layer);
-  EyeBox box;
+  EyeRectangle box;
   if (const auto* lenses = std::get_if<Lenticular>(&layer.optics)) {
     // A lens is shifted by the slant between the panel's middle and its upper edge, as seen.
     const double panel = display.width_mm() + std::abs(lenses->slant) * display.height_mm();
@@ -243,7 +243,7 @@ Analysis Analyze(const Display& display, const DepthInterval& depths) {
   for (const Layer& layer : display.layers) {
     const LayerFigures figures = FiguresOf(display, layer);
     if (std::holds_alternative<Lenticular>(layer.optics)) analysis.parallax_axes = 1;
-    EyeBox& box = analysis.clean_eye_box;
+    EyeRectangle& box = analysis.clean_eye_box;
     box.x_mm = std::min(box.x_mm, figures.clean_eye_box.x_mm);
     box.y_mm = std::min(box.y_mm, figures.clean_eye_box.y_mm);
     analysis.rays += figures.rays;

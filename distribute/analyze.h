@@ -13,7 +13,7 @@
 namespace lamella {
 
 // From -x_mm to x_mm and -y_mm to y_mm in the plane z = D; +inf where any height will do.
-struct EyeBox {
+struct EyeRectangle {
   double x_mm = 0, y_mm = 0;
 };
 
@@ -24,7 +24,7 @@ struct EyeBox {
 // Lenses show what is under themselves only, so for them |e| + half of the panel is bounded by the
 // lens's width, too (lenticular lenses along x: and by how far the slant shifts them over the
 // panel's height). 0 where there is no such place.
-EyeBox CleanEyeBoxOf(const Display& display, const Layer& layer);
+EyeRectangle CleanEyeBoxOf(const Display& display, const Layer& layer);
 
 // The widths of a layer's beams along a row: of an element and an emitter in the middle.
 AxisBeam MiddleBeam(const Display& display, const Layer& layer);
@@ -44,7 +44,7 @@ struct LayerFigures {
   double light_efficiency = 0;  // Brightness()
   double guard_share = 0;
   double rays = 0;
-  EyeBox clean_eye_box;
+  EyeRectangle clean_eye_box;
 };
 
 struct DepthInterval {
@@ -66,7 +66,7 @@ struct Analysis {
   int parallax_axes = 2;
   std::vector<LayerFigures> layers;
   double rays = 0;
-  EyeBox clean_eye_box;  // of all layers
+  EyeRectangle clean_eye_box;  // of all layers
   // Depths that a layer shows at the full resolution of its lattice, by Eq. 1; disjoint, rising.
   std::vector<DepthInterval> sharp;
   // Rays relative to one layer of the same lattice and field of view that has the same range:

@@ -27,7 +27,7 @@ Json Number(double value) {
   return value;
 }
 
-Json ToJson(const EyeBox& box) { return {{"x", Number(box.x_mm)}, {"y", Number(box.y_mm)}}; }
+Json ToJson(const EyeRectangle& box) { return {{"x", Number(box.x_mm)}, {"y", Number(box.y_mm)}}; }
 
 Json ToJson(const LayerFigures& f) {
   return {{"position_mm", f.position_mm},

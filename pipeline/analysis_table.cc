@@ -21,7 +21,7 @@ std::string Half(double mm) {
   return mm > 0 ? fmt::format("+-{:.1f}", mm) : "none";
 }
 
-std::string BoxText(const EyeBox& box) {
+std::string BoxText(const EyeRectangle& box) {
   return box.x_mm == box.y_mm ? Half(box.x_mm) : Half(box.x_mm) + " x " + Half(box.y_mm);
 }
 
