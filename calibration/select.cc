@@ -1,12 +1,11 @@
 #include "calibration/select.h"
 
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "calibration/minimise.h"
+#include "calibration/held_out.h"
 
 namespace lamella {
 namespace {
@@ -25,54 +24,6 @@ constexpr Candidate kCandidates[] = {{"plate thickness", &FreeGroups::plate},
                                      {"aspect and skew", &FreeGroups::aspect_skew},
                                      {"k3", &FreeGroups::k3},
                                      {"index", &FreeGroups::index}};
-
-constexpr int kFolds = 4;
-
-// The points of some views only.
-Weighting OfViews(const Fit& fit, const Structure& structure,
-                  const std::function<bool(int)>& wanted) {
-  Weighting weighting = fit.weighting;
-  for (std::size_t i = 0; i < weighting.inlier.size(); ++i) {
-    std::vector<char>& inlier = weighting.inlier[i];
-    if (!wanted(structure.view_of_photo[i])) inlier.assign(inlier.size(), 0);
-  }
-  return weighting;
-}
-
-// Squared residuals of the points of every fourth view, when all but these views' own poses and
-// slips is known from the others.
-std::vector<double> HeldOutSquares(const Fit& fit, const Structure& structure,
-                                   const Observations& observations, int fold) {
-  const auto held_out = [fold](int view) { return view % kFolds == fold; };
-  const Weighting others = OfViews(fit, structure, [&](int view) { return !held_out(view); });
-  const Weighting left_out = OfViews(fit, structure, held_out);
-  MinimiseOptions nearby{20, 1e-8, 1e-4};
-  const Minimum known = Minimise(fit.state, structure, fit.columns, observations, others, nearby);
-  nearby.hold_display = true;
-  const Minimum posed =
-      Minimise(known.state, structure, fit.columns, observations, left_out, nearby);
-  std::vector<double> squares;
-  const auto residuals = WhitenedResiduals(posed.state, structure, observations);
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    for (Eigen::Index k = 0; k < residuals[i].cols(); ++k) {
-      if (left_out.inlier[i][static_cast<std::size_t>(k)]) {
-        squares.push_back(residuals[i].col(k).squaredNorm());
-      }
-    }
-  }
-  return squares;
-}
-
-// Of every fold in turn, so of every view once.
-std::vector<double> AllHeldOutSquares(const Fit& fit, const Structure& structure,
-                                      const Observations& observations) {
-  std::vector<double> all;
-  for (int fold = 0; fold < kFolds; ++fold) {
-    const std::vector<double> squares = HeldOutSquares(fit, structure, observations, fold);
-    all.insert(all.end(), squares.begin(), squares.end());
-  }
-  return all;
-}
 
 // By how many standard errors the mean square falls.
 double GainInErrors(const std::vector<double>& before, const std::vector<double>& after) {
@@ -119,8 +70,8 @@ GroupVerdict Judge(const Candidate& candidate, const Fit& fit, const Fit& larger
     verdict.reason = fmt::format("it changes rays by {:.4f} px only", verdict.benefit_px);
     return verdict;
   }
-  verdict.heldout_gain = GainInErrors(AllHeldOutSquares(fit, structure, observations),
-                                      AllHeldOutSquares(larger, structure, observations));
+  verdict.heldout_gain = GainInErrors(HeldOutSquares(fit, structure, observations),
+                                      HeldOutSquares(larger, structure, observations));
   if (!(verdict.heldout_gain > kHeldOutErrors)) {
     verdict.reason = "views left out are not predicted better with it";
     return verdict;

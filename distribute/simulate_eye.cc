@@ -438,7 +438,7 @@ EyePicture SimulateEye(const LayerImages& layers, const Display& display, const 
 double CleanEyeBox(const Display& display) {
   double box = std::numeric_limits<double>::infinity();
   for (const Layer& layer : display.layers) {
-    const EyeBox of = CleanEyeBoxOf(display, layer);
+    const EyeRectangle of = CleanEyeBoxOf(display, layer);
     box = std::min({box, of.x_mm, of.y_mm});
   }
   return box;
