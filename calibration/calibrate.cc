@@ -74,7 +74,7 @@ void Summarise(const Fit& fit, const Structure& structure, const Observations& o
     report.panels.push_back(Summary(NameOf(panel), sums));
   }
   for (const auto& [view, sums] : views) {
-    report.views_fit.push_back(Summary(fmt::format("view {}", view), sums));
+    report.views_fit.push_back(Summary(fmt::format("view {}", view + 1), sums));
   }
 }
 
@@ -207,7 +207,7 @@ CalibrationReport Calibrate(const Observations& given, const Calibration& design
     report.failures.push_back({"the solution did not settle", "look at the photographs left out"});
   }
   report.residuals = MapResiduals(fit, structure, observations);
-  report.eye_box = options.eye_box;
+  report.limits = options;
   report.next_view = BestNextView(fit, structure, observations, options.eye_box);
   report.warnings = ThinCoverage(fit, structure, observations, options.eye_box);
   return report;

@@ -38,7 +38,7 @@ struct CalibrateOptions {
 
 // How well the points of some photographs fit.
 struct FitOf {
-  std::string name;  // "layer 0 emitter", "view 3"
+  std::string name;  // "layer 0 emitter", "view 3" (the third camera position)
   int num_points = 0, num_used = 0;
   double rms_px = 0;  // of the used points' distance
   double chi2 = 0;    // per degree of freedom, points' own
@@ -69,7 +69,7 @@ struct CalibrationReport {
   std::vector<ProbedRay> probed;               // that `rays` has deviations of
   std::vector<ParameterDeviation> deviations;  // of cameras and display; empty: some are unknown
   std::vector<ResidualMap> residuals;          // of each panel
-  EyeBox eye_box;                              // that was asked for
+  CalibrateOptions limits;                     // what was asked for
   std::optional<NextView> next_view;           // which photograph would help most
   Degeneracy degeneracy;
   std::vector<GroupVerdict> groups;

@@ -2,6 +2,7 @@
 
 #include <ceres/iteration_callback.h>
 #include <ceres/solver.h>
+#include <ceres/version.h>
 
 #include "calibration/problem-inl.h"
 
@@ -24,6 +25,8 @@ class StopAtSmallGain : public ceres::IterationCallback {
 };
 
 }  // namespace
+
+std::string SolverVersion() { return "Ceres " CERES_VERSION_STRING; }
 
 Minimum Minimise(const CalibrationState& state, const Structure& structure, const Columns& columns,
                  const Observations& observations, const Weighting& weighting,
@@ -48,4 +51,5 @@ Minimum Minimise(const CalibrationState& state, const Structure& structure, cons
           summary.termination_type == ceres::CONVERGENCE ||
               summary.termination_type == ceres::USER_SUCCESS};
 }
+
 }  // namespace lamella

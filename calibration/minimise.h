@@ -1,11 +1,15 @@
 // The joint problem minimised from a state, by Ceres.
 #pragma once
 
+#include <string>
+
 #include "calibration/observations.h"
 #include "calibration/residuals.h"
 #include "calibration/state.h"
 
 namespace lamella {
+
+std::string SolverVersion();  // "Ceres 2.1.0"
 
 struct MinimiseOptions {
   int max_iterations = 40;  // what is determined takes 20 at most

@@ -225,6 +225,7 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
     }
     if (advice.good && shot.again) {
       if (const auto motion = Motion(photo)) {
+        photo.moved_px = motion;
         const bool still = *motion <= kMostMotionPx;
         advice = {still, fmt::format("moved by {:.3f} px since the first{}", *motion,
                                      still ? "" : ": fix the camera, and take this position anew")};
@@ -242,7 +243,7 @@ const CheckedPhoto& PhotoCheck::Add(const std::string& photo, PhotoFacts facts) 
     ++view_;
     next_ = 0;
   }
-  CheckedPhoto checked{photo, view_, place.shot, false, "", std::move(facts)};
+  CheckedPhoto checked{photo, view_, place.shot, false, "", std::nullopt, std::move(facts)};
   Judge(checked);
   if (place.shot) {
     next_ = std::max(next_, *place.shot + 1);

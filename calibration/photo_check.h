@@ -29,7 +29,8 @@ struct CheckedPhoto {
   int view = 0;                     // camera position, from 0
   std::optional<std::size_t> shot;  // in the list; none where it is no shot of it
   bool good = false;
-  std::string verdict;  // one line: what it is, and what to do
+  std::string verdict;             // one line: what it is, and what to do
+  std::optional<double> moved_px;  // of a repeated shot: the camera's motion since the first
   PhotoFacts facts;
 };
 

@@ -206,7 +206,7 @@ Columns ColumnsOf(const Structure& structure, const FreeGroups& free,
   }
   columns.num_display = columns.size;
   for (const int view : structure.views) {
-    columns.view.push_back(maker.Pose(fmt::format("view {}", view), 0.1, 50));
+    columns.view.push_back(maker.Pose(fmt::format("view {}", view + 1), 0.1, 50));
   }
   columns.first_slip = columns.size;
   for (const PanelPhoto& photo : observations.photos) {

@@ -206,22 +206,33 @@ LayerCalibration ReadLayer(const JsonObject& json) {
 
 }  // namespace
 
-std::string CalibrationText(const Calibration& calibration) {
+std::string CalibrationText(const Calibration& calibration,
+                            const std::optional<CalibrationMeasurement>& measurement) {
   Json layers = Json::array();
   for (const LayerCalibration& layer : calibration.layers) layers.push_back(ToJson(layer));
-  const Json json = {
+  Json json = {
       {"format_version", kFormatVersion}, {"display", calibration.display}, {"layers", layers}};
+  if (measurement) json["measured"] = Json::parse(MeasurementText(*measurement));
   return json.dump(1) + "\n";
 }
 
-void SaveCalibration(const std::filesystem::path& file, const Calibration& calibration) {
-  WriteTextAtomically(file, CalibrationText(calibration));
+void SaveCalibration(const std::filesystem::path& file, const Calibration& calibration,
+                     const std::optional<CalibrationMeasurement>& measurement) {
+  WriteTextAtomically(file, CalibrationText(calibration, measurement));
+}
+
+std::optional<CalibrationMeasurement> LoadMeasurement(const std::filesystem::path& file) {
+  const JsonObject json(file);
+  json.CheckFormatVersion(kFormatVersion);
+  if (!json.Has("measured")) return std::nullopt;
+  return ReadMeasurement(json.Object("measured"));
 }
 
 Calibration LoadCalibration(const std::filesystem::path& file) {
   const JsonObject json(file);
   json.CheckFormatVersion(kFormatVersion);
-  json.CheckKeys({"format_version", "display", "layers"});
+  json.CheckKeys({"format_version", "display", "layers", "measured"});
+  if (json.Has("measured")) ReadMeasurement(json.Object("measured"));
   Calibration calibration;
   calibration.display = json.Text("display");
   for (const JsonObject& layer : json.Objects("layers")) {

@@ -1,5 +1,6 @@
 #include "pipeline/calibration_report.h"
 
+#include <cmath>
 #include <numbers>
 #include <vector>
 
@@ -24,34 +25,79 @@ void AddFits(const char* title, const std::vector<FitOf>& fits, std::string& tex
   }
 }
 
-void AddLayers(const Calibration& calibration, std::string& text) {
-  text += "\nlayers: offset x, y and gap (mm), tilt x, tilt y and rotation (degrees)\n";
-  for (std::size_t i = 0; i < calibration.layers.size(); ++i) {
-    const LayerCalibration& layer = calibration.layers[i];
-    const Eigen::Vector3d degrees = layer.rotation_rad * (180 / std::numbers::pi);
-    text += fmt::format("  layer {} {:>10.4f} {:>9.4f} {:>9.4f} {:>10.5f} {:>9.5f} {:>9.5f}\n", i,
-                        layer.offset_mm.x(), layer.offset_mm.y(), layer.gap_mm, degrees.x(),
-                        degrees.y(), degrees.z());
+// "0.0123 +- 0.0004", or the number alone where it was not estimated.
+std::string WithDeviation(double value, double factor, int digits, const std::string& name,
+                          const CalibrationReport& report) {
+  for (const ParameterDeviation& deviation : report.deviations) {
+    if (deviation.name != name) continue;
+    return fmt::format("{:.{}f} +- {:.{}f}", value * factor, digits, deviation.sd * factor, digits);
   }
+  return fmt::format("{:.{}f}", value * factor, digits);
+}
+
+void AddLayers(const CalibrationReport& report, std::string& text) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  text += "\nemitters in their layers, with standard deviations\n";
+  for (std::size_t i = 0; i < report.calibration.layers.size(); ++i) {
+    const LayerCalibration& layer = report.calibration.layers[i];
+    if (!layer.modulator) continue;
+    const std::string name = fmt::format("layer {}", i);
+    const auto number = [&](double value, double factor, int digits, const char* what) {
+      return WithDeviation(value, factor, digits, name + " " + what, report);
+    };
+    text += fmt::format("  {}: offset x {} mm, offset y {} mm, gap {} mm\n", name,
+                        number(layer.offset_mm.x(), 1, 4, "offset x"),
+                        number(layer.offset_mm.y(), 1, 4, "offset y"),
+                        number(layer.gap_mm, 1, 4, "gap"));
+    text += fmt::format("           tilt x {}, tilt y {}, rotation {} degrees\n",
+                        number(layer.rotation_rad.x(), kDegrees, 5, "tilt x"),
+                        number(layer.rotation_rad.y(), kDegrees, 5, "tilt y"),
+                        number(layer.rotation_rad.z(), kDegrees, 5, "rotation"));
+  }
+}
+
+std::string Rays(const CalibrationReport& report) {
+  if (report.rays.sd_px.empty()) return "how well rays are known has no number: some are not";
+  return fmt::format("rays are known to {:.4f} px RMS and {:.4f} px at worst ({})",
+                     report.rays.rms_sd_px, report.rays.max_sd_px, NameOf(report.rays.worst.panel));
 }
 
 }  // namespace
 
-std::string DescribeCalibration(const CalibrationReport& report) {
-  std::string text = report.accepted() ? "the calibration is certain enough\n"
-                                       : "the calibration is NOT certain\n";
-  text += fmt::format(
-      "rays are known to {:.4f} px RMS and {:.4f} px at worst ({}); reference: {}; chi^2 {:.3f}; "
-      "photographs of one position shift by {:.4f} px\n",
-      report.rays.rms_sd_px, report.rays.max_sd_px, NameOf(report.rays.worst.panel),
+std::string DescribeNextView(const CalibrationReport& report) {
+  if (!report.next_view) return "";
+  const NextView& next = *report.next_view;
+  const auto side = [](double degrees, const char* positive, const char* negative) {
+    return fmt::format("{:.0f} degrees {}", std::abs(degrees), degrees < 0 ? negative : positive);
+  };
+  std::string from = "straight in front";
+  if (next.right_deg != 0) from = side(next.right_deg, "to the right", "to the left");
+  if (next.up_deg != 0) {
+    from = (next.right_deg != 0 ? from + " and " : std::string()) +
+           side(next.up_deg, "above", "below");
+  }
+  return fmt::format(
+      "all panels from {}, {:.0f} mm away, would bring the rays' deviation from {:.4f} to {:.4f} "
+      "px",
+      from, next.distance_mm, next.rms_sd_px, next.next_rms_sd_px);
+}
+
+std::string DescribeCalibration(const SolvedPhotos& solved) {
+  const CalibrationReport& report = solved.report;
+  std::string text = fmt::format(
+      "{}: the calibration is {}\n{}; the unit of length is the pitch of {}; chi^2 per degree of "
+      "freedom {:.3f}; photographs of one position shift by {:.4f} px\n",
+      solved.display.name, report.accepted() ? "certain enough" : "NOT certain", Rays(report),
       NameOf(report.reference), report.chi2, report.slip_px);
   AddWeaknesses("what the photographs leave open", report.failures, text);
   AddWeaknesses("what is weak", report.warnings, text);
-  if (!report.rejected.empty()) text += "\nleft out\n";
-  for (const std::string& line : report.rejected) text += fmt::format("  {}\n", line);
-  AddLayers(report.calibration, text);
+  const std::string next = DescribeNextView(report);
+  if (!next.empty()) text += "\nthe next photographs that help most\n  " + next + "\n";
+  if (!solved.left_out.empty()) text += "\nleft out\n";
+  for (const std::string& line : solved.left_out) text += fmt::format("  {}\n", line);
+  AddLayers(report, text);
   AddFits("panels", report.panels, text);
-  AddFits("views", report.views_fit, text);
+  AddFits("views (camera positions)", report.views_fit, text);
   text += "\nparameters beyond poses and gaps\n";
   for (const GroupVerdict& verdict : report.groups) {
     text += fmt::format("  {}: {}: {}\n", verdict.group, verdict.freed ? "freed" : "as designed",

@@ -3,11 +3,13 @@
 
 #include <string>
 
-#include "calibration/calibrate.h"
+#include "pipeline/solve_photos.h"
 
 namespace lamella {
 
 // Lines of text; the first says whether the calibration may be used.
-std::string DescribeCalibration(const CalibrationReport& report);
+std::string DescribeCalibration(const SolvedPhotos& solved);
+// "from 20 degrees to the right and 10 up, 1.05 m away: ..."; empty where there is none.
+std::string DescribeNextView(const CalibrationReport& report);
 
 }  // namespace lamella

@@ -89,7 +89,29 @@ void CheckSizes(const CheckedPhotos& checked) {
   }
 }
 
+void LeaveOut(const std::vector<MovedPosition>& moved, const std::string& where,
+              Observations& observations) {
+  if (moved.empty()) return;
+  std::erase_if(observations.photos, [&](const PanelPhoto& photo) {
+    return std::any_of(moved.begin(), moved.end(),
+                       [&](const MovedPosition& position) { return position.view == photo.view; });
+  });
+  if (!observations.photos.empty()) return;
+  throw InputError(where,
+                   fmt::format("the camera moved at every position, by {:.2f} px at the first",
+                               moved.front().moved_px),
+                   "put it on a tripod, release it remotely, and take the photographs again");
+}
+
 }  // namespace
+
+std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked) {
+  std::vector<MovedPosition> moved;
+  for (const CheckedPhoto& photo : checked.photos) {
+    if (!photo.good && photo.moved_px) moved.push_back({photo.view, *photo.moved_px});
+  }
+  return moved;
+}
 
 Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
                            Progress& progress) {
@@ -97,8 +119,9 @@ Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
   const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
   Observations observations = ObservationsOf(checked.list, checked.photos);
   const auto num_panels = static_cast<std::int64_t>(checked.list.panels.size());
-  progress.Start("sinusoids", checked.num_views * num_panels, "panels");
-  for (int view = 0; view < checked.num_views; ++view) {
+  const int num_views = checked.list.mode == CalibrationMode::kPrecise ? checked.num_views : 0;
+  if (num_views > 0) progress.Start("sinusoids", num_views * num_panels, "panels");
+  for (int view = 0; view < num_views; ++view) {
     for (const CalibratedPanel& panel : checked.list.panels) {
       auto seen = ObservePhases(checked, folder, view, panel);
       progress.Advance();
@@ -112,6 +135,7 @@ Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
       observations.cameras.push_back({"camera", facts.width, facts.height, 0});
     }
   }
+  LeaveOut(MovedPositions(checked), photos.string(), observations);
   Check(observations, photos.string());
   return observations;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "calibration/observations.h"
 #include "lightfield/progress.h"
@@ -9,9 +10,18 @@
 
 namespace lamella {
 
+// A camera position whose repeated shot shows that the camera moved there (calibration.md section
+// 3).
+struct MovedPosition {
+  int view = 0;
+  double moved_px = 0;
+};
+std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked);
+
 // The corners of all good photographs of boards; where a position has all sinusoids of a panel, the
 // nodes of their map instead, under the name of their first photograph. `photos` is the folder that
-// was checked, its photographs of one camera. InputError where photographs differ in size.
+// was checked, its photographs of one camera. Positions where the camera moved are left out.
+// InputError where photographs differ in size, or no position is left.
 Observations ObservePhotos(const CheckedPhotos& checked, const std::filesystem::path& photos,
                            Progress& progress);
 

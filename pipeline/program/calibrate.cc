@@ -1,9 +1,9 @@
 // lamella calibrate: the patterns that a display shows, and photographs of them.
-#include "calibration/calibrate.h"
-
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -14,8 +14,9 @@
 #include "pipeline/calibration_record.h"
 #include "pipeline/calibration_report.h"
 #include "pipeline/check_photos.h"
-#include "pipeline/observe_photos.h"
 #include "pipeline/program/command_line.h"
+#include "pipeline/report/calibration_page.h"
+#include "pipeline/solve_photos.h"
 
 namespace lamella {
 namespace {
@@ -36,7 +37,8 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
   verb.footer(
       "Writes the panels' images (PNG), shots.txt (how to photograph them), shots.json (what "
       "every\n"
-      "panel shows in every shot, also for `lamella synth photos`) and patterns.json.\n\n"
+      "panel shows in every shot, also for `lamella synth photos`), patterns.json and "
+      "display.toml.\n\n"
       "Examples: patterns, virtual photographs of them, and what these are worth\n"
       "  lamella calibrate patterns paper-two-layer --out patterns\n"
       "  lamella synth photos --display paper-two-layer --shots patterns/shots.json --views 12 \\\n"
@@ -44,10 +46,13 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
       "  lamella calibrate check patterns taken/images");
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) {
-      const ShotList list = PlanShots(
-          DesignCalibration(FindDisplay(arguments->display)),
-          arguments->mode == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise);
+      const Display display = FindDisplay(arguments->display);
+      const ShotList list = PlanShots(DesignCalibration(display), arguments->mode == "quick"
+                                                                      ? CalibrationMode::kQuick
+                                                                      : CalibrationMode::kPrecise);
       WritePatterns(arguments->out, list, progress);
+      WriteTextAtomically(std::filesystem::path(arguments->out) / kPatternsDisplay,
+                          ToToml(display));
       fmt::print("{} shots of {} panels; read {}/shots.txt\n", list.shots.size(),
                  list.panels.size(), arguments->out);
       return ExitCode::kDone;
@@ -96,55 +101,99 @@ void AddCheck(CLI::App& calibrate, Invocation& invocation) {
 }
 
 struct SolveArguments {
-  std::string patterns, photos, display, out;
-  double focal_px = 0;
+  SolvePhotosOptions options;
+  std::filesystem::path out;
 };
 
-// The calibration is written where it is certain enough, its report in any case.
-ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
-  const std::filesystem::path out = arguments.out;
-  const CheckedPhotos checked = CheckPhotos(
-      arguments.patterns, arguments.photos, [](const CheckedPhoto&, const std::string&) {},
-      progress);
-  Observations observations = ObservePhotos(checked, arguments.photos, progress);
-  for (PhotoCamera& camera : observations.cameras) camera.focal_px = arguments.focal_px;
-  const std::string& display = arguments.display.empty() ? checked.list.display : arguments.display;
-  const CalibrationReport report = Calibrate(observations, DesignCalibration(FindDisplay(display)));
-  const std::string text = DescribeCalibration(report);
-  fmt::print("{}", text);
-  std::filesystem::path report_file = out;
-  WriteTextAtomically(report_file.replace_extension(".report.txt"), text);
-  if (!report.accepted()) {
-    fmt::print(stderr, "lamella: {}: not written, {}; {}\n", out.string(),
-               report.failures.front().lost, report.failures.front().cure);
-    return ExitCode::kGate;
+void AddSolveOptions(CLI::App& verb, SolveArguments& arguments) {
+  verb.add_option("DIR", arguments.options.patterns, "folder that `calibrate patterns` wrote")
+      ->required();
+  verb.add_option("PHOTOS", arguments.options.photos,
+                  "folder of the photographs, of one camera; their names sort as they were taken")
+      ->required();
+  verb.add_option("--display", arguments.options.display,
+                  "preset or file of the display as designed [the patterns' own]");
+  verb.add_option("--focal-px", arguments.options.focal_px, "the camera's, roughly [found]")
+      ->check(CLI::PositiveNumber);
+}
+
+// What is wrong with the place of a result is said before the minutes that it takes.
+void CheckWritable(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    throw UsageError(file.string(), "is a folder", "give the name of a file");
   }
-  SaveCalibration(out, report.calibration);
-  return ExitCode::kDone;
+  const AtomicFile probe(file);
+  if (std::ofstream(probe.temporary())) return;
+  throw MachineError(file.string(), "can't be written",
+                     "give a file in a folder that exists and that you may write to");
+}
+
+ExitCode CodeOf(const SolvedPhotos& solved, const std::string& not_written) {
+  if (solved.report.accepted()) return ExitCode::kDone;
+  const Weakness& first = solved.report.failures.front();
+  fmt::print(stderr, "lamella: {}: {}; {}\n", not_written, first.lost, first.cure);
+  return ExitCode::kGate;
+}
+
+// The calibration is written where it is certain enough, its reports in any case.
+ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
+  const std::filesystem::path& out = arguments.out;
+  std::filesystem::path text_file = out, page_file = out;
+  text_file.replace_extension(".report.txt");
+  page_file.replace_extension(".report.html");
+  for (const auto& file : {out, text_file, page_file}) CheckWritable(file);
+  const SolvedPhotos solved = SolvePhotos(arguments.options, progress);
+  const std::string text = DescribeCalibration(solved);
+  fmt::print("{}", text);
+  WriteTextAtomically(text_file, text);
+  WriteTextAtomically(page_file, CalibrationPage(solved));
+  if (solved.report.accepted()) {
+    SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
+  }
+  return CodeOf(solved, out.string() + " was not written");
 }
 
 void AddSolve(CLI::App& calibrate, Invocation& invocation) {
   CLI::App& verb = *calibrate.add_subcommand(
       "solve", "the display's calibration from the photographs, and how certain it is");
   auto arguments = std::make_shared<SolveArguments>();
-  verb.add_option("DIR", arguments->patterns, "folder that `calibrate patterns` wrote")->required();
-  verb.add_option("PHOTOS", arguments->photos, "folder of the photographs, of one camera")
+  AddSolveOptions(verb, *arguments);
+  verb.add_option("--out", arguments->out, "calibration.json to write; its reports lie beside it")
       ->required();
-  verb.add_option("--out", arguments->out, "calibration.json to write; its report lies beside it")
-      ->required();
-  verb.add_option("--display", arguments->display,
-                  "preset or file of the display as designed [the patterns' own]");
-  verb.add_option("--focal-px", arguments->focal_px, "the camera's, roughly [found]")
-      ->check(CLI::PositiveNumber);
   AddGlobalOptions(verb, invocation);
   verb.footer(
-      "The exit code is 4 where rays are not known to 0.03 px RMS and 0.1 px at worst, or "
-      "something "
-      "is\nlost: then only the report is written. It names the photographs that would help.\n\n"
+      "Beside FILE.json lie FILE.report.txt and FILE.report.html: what is known how well, what was "
+      "left\nout, and which photographs would help. The exit code is 4 where rays are not known to "
+      "0.03 px RMS\nand 0.1 px at worst, or something is lost: then only the reports are "
+      "written.\n\n"
       "Example\n"
       "  lamella calibrate solve patterns taken/images --out calibration.json");
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) { return RunSolve(*arguments, progress); };
+  });
+}
+
+void AddReport(CLI::App& calibrate, Invocation& invocation) {
+  CLI::App& verb = *calibrate.add_subcommand(
+      "report", "a page of what the photographs are worth and what to photograph next");
+  auto arguments = std::make_shared<SolveArguments>();
+  AddSolveOptions(verb, *arguments);
+  verb.add_option("--out", arguments->out, "page (HTML) to write")->required();
+  AddGlobalOptions(verb, invocation);
+  verb.footer(
+      "The page that `calibrate solve` writes beside its calibration, alone; the same exit "
+      "codes.\n\n"
+      "Example\n"
+      "  lamella calibrate report patterns taken/images --out report.html");
+  verb.callback([arguments, &invocation] {
+    invocation.action = [arguments](Progress& progress) {
+      CheckWritable(arguments->out);
+      const SolvedPhotos solved = SolvePhotos(arguments->options, progress);
+      WriteTextAtomically(arguments->out, CalibrationPage(solved));
+      fmt::print("{}\n", arguments->out.string());
+      return CodeOf(solved, arguments->options.photos.string());
+    };
   });
 }
 
@@ -157,6 +206,7 @@ void AddCalibrate(CLI::App& program, Invocation& invocation) {
   AddPatterns(app, invocation);
   AddCheck(app, invocation);
   AddSolve(app, invocation);
+  AddReport(app, invocation);
 }
 
 }  // namespace lamella

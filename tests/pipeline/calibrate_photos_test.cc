@@ -131,6 +131,47 @@ TEST(CalibratePhotos, DecodesSinusoidsWhereThePrototypeShowsThem) {
   }
 }
 
+// Two positions of one board each, then the first board again.
+CheckedPhotos TwoPositions(double first_moved_px, double second_moved_px) {
+  CheckedPhotos checked;
+  checked.list.panels = {{{0, PanelId::kEmitter}, {100, 100}, false, std::nullopt}};
+  const PatternShot board{"1_board", PatternShot::Kind::kBoard, {0, PanelId::kEmitter}, {}, false};
+  PatternShot again = board;
+  again.again = true;
+  checked.list.shots = {board, again};
+  checked.num_views = 2;
+  for (int view = 0; view < 2; ++view) {
+    CheckedPhoto photo{fmt::format("{}.png", view), view, 0, true, "good", std::nullopt, {}};
+    photo.facts.width = photo.facts.height = 200;
+    photo.facts.sighting = BoardSighting{};
+    photo.facts.sighting->points = {{{10, 10}, {20, 20}, Eigen::Matrix2d::Identity()}};
+    checked.photos.push_back(photo);
+    photo.shot = 1;
+    photo.moved_px = view == 0 ? first_moved_px : second_moved_px;
+    photo.good = *photo.moved_px < 0.05;
+    checked.photos.push_back(photo);
+  }
+  return checked;
+}
+
+TEST(CalibratePhotos, LeaveOutPositionsWhereTheCameraMoved) {
+  EXPECT_EQ(ObservePhotos(TwoPositions(0.01, 0.02), ".", SilentProgress()).photos.size(), 2U);
+  const CheckedPhotos moved = TwoPositions(0.3, 0.02);
+  ASSERT_EQ(MovedPositions(moved).size(), 1U);
+  EXPECT_EQ(MovedPositions(moved)[0].view, 0);
+  EXPECT_EQ(MovedPositions(moved)[0].moved_px, 0.3);
+  const Observations seen = ObservePhotos(moved, ".", SilentProgress());
+  ASSERT_EQ(seen.photos.size(), 1U);
+  EXPECT_EQ(seen.photos[0].view, 1);
+  try {
+    ObservePhotos(TwoPositions(0.3, 0.1), "taken", SilentProgress());
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kInput);
+    EXPECT_THAT(error.what(), HasSubstr("taken: the camera moved at every position"));
+  }
+}
+
 TEST(CalibrationPatterns, ReadBackAsTheyWereWritten) {
   const fs::path folder = ScratchFolder();
   WriteTextAtomically(folder / "small.toml", DisplayOf(1));

@@ -69,6 +69,40 @@ TEST(CalibrationRecord, ReadsBackEveryBit) {
   EXPECT_EQ(again.layers[1].lattice->phase, Eigen::Vector2d(0.1, 0.9));
 }
 
+CalibrationMeasurement Measured() {
+  CalibrationMeasurement m;
+  m.program = "lamella 9";
+  m.solver = "a solver";
+  m.reference = {1, PanelId::kModulator};
+  m.eye_box = {80, 60, 480, 720};
+  m.ray_rms_sd_px = 1.0 / 300;
+  m.ray_max_sd_px = 1.0 / 70;
+  m.worst = {{0, PanelId::kEmitter}, {3.5, 1.0 / 3}, {-80, 60, 480}};
+  m.chi2 = 1.0 / 0.97;
+  m.slip_px = 0.0123;
+  m.deviations = {{"layer 1 gap", "mm", 1.0 / 700}, {"layer 1 tilt x", "rad", 1e-5}};
+  m.groups = {{"bow", true, "chi^2 falls"}, {"index", false, "the photographs do not ask"}};
+  m.photos = {{"a \"b\".png", "0123"}};
+  return m;
+}
+
+TEST(CalibrationRecord, SaysHowItWasMeasured) {
+  const auto file = ScratchFolder() / "calibration.json";
+  SaveCalibration(file, Everything(), Measured());
+  EXPECT_EQ(CalibrationText(LoadCalibration(file)), CalibrationText(Everything()));
+  const auto again = LoadMeasurement(file);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(MeasurementText(*again), MeasurementText(Measured()));
+  EXPECT_EQ(again->reference, Measured().reference);
+  EXPECT_EQ(again->ray_rms_sd_px, 1.0 / 300);
+  EXPECT_EQ(again->worst.eye_mm, Measured().worst.eye_mm);
+  EXPECT_EQ(again->deviations[0].sd, 1.0 / 700);
+  EXPECT_TRUE(again->groups[0].freed);
+  EXPECT_EQ(again->photos[0].file, "a \"b\".png");
+  SaveCalibration(file, Everything());
+  EXPECT_FALSE(LoadMeasurement(file));
+}
+
 TEST(CalibrationRecord, TakesWhatIsLeftOutAsDesigned) {
   const auto file = ScratchFolder() / "calibration.json";
   WriteTextAtomically(file, R"({"format_version": 1, "display": "one", "layers": [
@@ -84,7 +118,7 @@ TEST(CalibrationRecord, TakesWhatIsLeftOutAsDesigned) {
 TEST(CalibrationRecord, RefusesWithOneLine) {
   const auto file = ScratchFolder() / "calibration.json";
   const auto refusal = [&](const std::string& from, const std::string& to) {
-    std::string text = CalibrationText(Everything());
+    std::string text = CalibrationText(Everything(), Measured());
     const std::size_t at = text.find(from);
     if (at == std::string::npos) return "no " + from;
     WriteTextAtomically(file, text.replace(at, from.size(), to));
@@ -102,6 +136,9 @@ TEST(CalibrationRecord, RefusesWithOneLine) {
   EXPECT_THAT(refusal("\"gap_mm\": 7.45", "\"gap_mm\": \"x\""), HasSubstr("layers[0]: \"gap_mm\""));
   EXPECT_THAT(refusal("\"mirror_x\": true", "\"mirror_x\": 1"), HasSubstr("true or false"));
   EXPECT_THAT(refusal("\"hexagonal\"", "\"hex\""), HasSubstr("line, square or hexagonal"));
+  EXPECT_THAT(refusal("\"chi2\"", "\"chi\""), HasSubstr("measured: \"chi\""));
+  EXPECT_THAT(refusal("\"rms_sd_px\": ", "\"rms_sd_px\": -"), HasSubstr("0 or more"));
+  EXPECT_THAT(refusal("\"freed\": true", "\"freed\": 1"), HasSubstr("true or false"));
   EXPECT_THAT(refusal("{", "["), HasSubstr("is no JSON"));
 }
 

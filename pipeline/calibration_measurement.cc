@@ -1,0 +1,136 @@
+#include "pipeline/calibration_measurement.h"
+
+#include <nlohmann/json.hpp>
+
+#include "calibration/minimise.h"
+#include "pipeline/workspace.h"
+
+namespace lamella {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kMostLayers = 1024;
+
+const char* RoleName(const PanelId& panel) {
+  return panel.role == PanelId::kEmitter ? "emitter" : "modulator";
+}
+
+Json ToJson(const PanelId& panel) { return {{"layer", panel.layer}, {"role", RoleName(panel)}}; }
+
+PanelId ReadPanelId(const JsonObject& json) {
+  const std::string role = json.Text("role");
+  if (role != "emitter" && role != "modulator") throw json.Wrong("role", "emitter or modulator");
+  return {json.Whole("layer", 0, kMostLayers),
+          role == "emitter" ? PanelId::kEmitter : PanelId::kModulator};
+}
+
+double ReadNotNegative(const JsonObject& json, const char* key) {
+  const double value = json.Number(key);
+  if (value < 0) throw json.Wrong(key, "0 or more");
+  return value;
+}
+
+EyeBox ReadEyeBox(const JsonObject& json) {
+  json.CheckKeys({"half_width_mm", "half_height_mm", "near_mm", "far_mm"});
+  return {ReadNotNegative(json, "half_width_mm"), ReadNotNegative(json, "half_height_mm"),
+          ReadNotNegative(json, "near_mm"), ReadNotNegative(json, "far_mm")};
+}
+
+ProbedRay ReadRay(const JsonObject& json) {
+  json.CheckKeys({"layer", "role", "reference_px", "eye_mm"});
+  const std::vector<double> pixel = json.Numbers("reference_px", 2);
+  const std::vector<double> eye = json.Numbers("eye_mm", 3);
+  return {ReadPanelId(json), {pixel[0], pixel[1]}, {eye[0], eye[1], eye[2]}};
+}
+
+}  // namespace
+
+CalibrationMeasurement MeasurementOf(const SolvedPhotos& solved) {
+  const CalibrationReport& report = solved.report;
+  CalibrationMeasurement m;
+  m.program = std::string("lamella ") + ProgramVersion();
+  m.solver = SolverVersion();
+  m.reference = report.reference;
+  m.eye_box = report.limits.eye_box;
+  m.ray_rms_sd_px = report.rays.rms_sd_px;
+  m.ray_max_sd_px = report.rays.max_sd_px;
+  m.worst = report.rays.worst;
+  m.chi2 = report.chi2;
+  m.slip_px = report.slip_px;
+  m.deviations = report.deviations;
+  for (const GroupVerdict& verdict : report.groups) {
+    m.groups.push_back({verdict.group, verdict.freed, verdict.reason});
+  }
+  m.photos = solved.photos;
+  return m;
+}
+
+std::string MeasurementText(const CalibrationMeasurement& m) {
+  Json worst = ToJson(m.worst.panel);
+  worst["reference_px"] = {m.worst.reference_px.x(), m.worst.reference_px.y()};
+  worst["eye_mm"] = {m.worst.eye_mm.x(), m.worst.eye_mm.y(), m.worst.eye_mm.z()};
+  Json deviations = Json::array(), groups = Json::array(), photos = Json::array();
+  for (const ParameterDeviation& deviation : m.deviations) {
+    deviations.push_back(
+        {{"parameter", deviation.name}, {"unit", deviation.unit}, {"sd", deviation.sd}});
+  }
+  for (const auto& group : m.groups) {
+    groups.push_back({{"group", group.name}, {"freed", group.freed}, {"reason", group.reason}});
+  }
+  for (const auto& photo : m.photos) {
+    photos.push_back({{"file", photo.file}, {"sha256", photo.sha256}});
+  }
+  const Json json = {
+      {"program", m.program},
+      {"solver", m.solver},
+      {"reference", ToJson(m.reference)},
+      {"eye_box",
+       {{"half_width_mm", m.eye_box.half_width_mm},
+        {"half_height_mm", m.eye_box.half_height_mm},
+        {"near_mm", m.eye_box.near_mm},
+        {"far_mm", m.eye_box.far_mm}}},
+      {"rays", {{"rms_sd_px", m.ray_rms_sd_px}, {"max_sd_px", m.ray_max_sd_px}, {"worst", worst}}},
+      {"chi2", m.chi2},
+      {"slip_px", m.slip_px},
+      {"deviations", deviations},
+      {"groups", groups},
+      {"photos", photos}};
+  // Names of files need not be UTF-8.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+CalibrationMeasurement ReadMeasurement(const JsonObject& json) {
+  json.CheckKeys({"program", "solver", "reference", "eye_box", "rays", "chi2", "slip_px",
+                  "deviations", "groups", "photos"});
+  CalibrationMeasurement m;
+  m.program = json.Text("program");
+  m.solver = json.Text("solver");
+  const JsonObject reference = json.Object("reference");
+  reference.CheckKeys({"layer", "role"});
+  m.reference = ReadPanelId(reference);
+  m.eye_box = ReadEyeBox(json.Object("eye_box"));
+  const JsonObject rays = json.Object("rays");
+  rays.CheckKeys({"rms_sd_px", "max_sd_px", "worst"});
+  m.ray_rms_sd_px = ReadNotNegative(rays, "rms_sd_px");
+  m.ray_max_sd_px = ReadNotNegative(rays, "max_sd_px");
+  m.worst = ReadRay(rays.Object("worst"));
+  m.chi2 = ReadNotNegative(json, "chi2");
+  m.slip_px = ReadNotNegative(json, "slip_px");
+  for (const JsonObject& deviation : json.Objects("deviations")) {
+    deviation.CheckKeys({"parameter", "unit", "sd"});
+    m.deviations.push_back(
+        {deviation.Text("parameter"), deviation.Text("unit"), ReadNotNegative(deviation, "sd")});
+  }
+  for (const JsonObject& group : json.Objects("groups")) {
+    group.CheckKeys({"group", "freed", "reason"});
+    m.groups.push_back({group.Text("group"), group.Truth("freed"), group.Text("reason")});
+  }
+  for (const JsonObject& photo : json.Objects("photos")) {
+    photo.CheckKeys({"file", "sha256"});
+    m.photos.push_back({photo.Text("file"), photo.Text("sha256")});
+  }
+  return m;
+}
+
+}  // namespace lamella

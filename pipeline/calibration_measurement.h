@@ -1,0 +1,40 @@
+// How a calibration was measured, as it stands in calibration.json beside the numbers ("measured"
+// of docs/formats.md): what they are worth, which parameters were freed or held and why, and of
+// which photographs they were made. calibration.md section 10.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibration/calibrate.h"
+#include "pipeline/json_file.h"
+#include "pipeline/solve_photos.h"
+
+namespace lamella {
+
+struct CalibrationMeasurement {
+  std::string program, solver;  // "lamella 0.1.0", "Ceres 2.1.0"
+  PanelId reference;            // whose pitch is the unit of length
+  EyeBox eye_box;
+  double ray_rms_sd_px = 0, ray_max_sd_px = 0;  // of rays through the box
+  ProbedRay worst;
+  double chi2 = 0, slip_px = 0;
+  std::vector<ParameterDeviation> deviations;
+  struct Group {
+    std::string name;
+    bool freed = false;
+    std::string reason;
+  };
+  std::vector<Group> groups;
+  std::vector<SolvedPhotos::Photo> photos;
+};
+
+CalibrationMeasurement MeasurementOf(const SolvedPhotos& solved);
+
+// An object of JSON.
+std::string MeasurementText(const CalibrationMeasurement& measurement);
+// InputError naming the field where one is unknown, absent, of another type, or a deviation is
+// negative.
+CalibrationMeasurement ReadMeasurement(const JsonObject& json);
+
+}  // namespace lamella
