@@ -47,9 +47,9 @@ struct PrototypeCamera {
 
 // The linear light on the camera's pixels, each the mean over its area, the pupil and the time
 // slots, of `samples` lines of sight (powers of two are the most exact). The layers' light is
-// summed. A pinhole's lines of sight through panels without lenses turn evenly from a pixel's
-// corner to the next: there the corners' are traced and those between them follow, where their
-// middle one agrees to 1e-3 px of the panels; a pixel whose corners see one colour is that colour.
+// summed. A pinhole's lines of sight through panels without lenses turn evenly over a few pixels:
+// there a block's corners are traced and those between them follow, where the middle one agrees to
+// 1e-3 px of the panels; what sees one colour at all corners is that colour.
 // Does not depend on the number of threads. `progress` advances by one per row.
 // UsageError where the camera is not in front of every layer; InputError where what is shown does
 // not fit the calibration.
