@@ -12,7 +12,7 @@
 namespace lamella {
 namespace {
 
-constexpr double kLargestSlipPx = 0.05, kLargestCellPx = 0.03;
+constexpr double kLargestSlipPx = 0.05, kLargestCellPx = 0.03, kLargestLeftOut = 0.35;
 constexpr double kLeastChi2 = 0.7, kMostChi2 = 1.5, kMostHeldOut = 1.3;
 constexpr double kChance = 4;  // standard deviations
 
@@ -82,33 +82,49 @@ void CheckChi2(const Fit& fit, const Structure& structure, const Observations& o
   }
 }
 
+// By how much a cell is off, in units of what is allowed: its mean of 0.03 px, or points left out
+// beyond a third of them and beyond what chance does to the panel's share of them.
+double Excess(const ResidualCell& cell, double panel_left_out) {
+  const double num = cell.num_points + cell.num_left_out;
+  if (!(num > 0)) return 0;
+  const double spread = std::sqrt(num * panel_left_out * (1 - panel_left_out));
+  const double left_out =
+      cell.num_left_out /
+      std::max({kLargestLeftOut * num, num * panel_left_out + kChance * spread, 4.0});
+  if (cell.num_points == 0) return left_out;
+  const double chance = kChance * cell.rms_px / std::sqrt(cell.num_points);
+  return std::max(left_out, cell.mean_px.norm() / std::hypot(kLargestCellPx, chance));
+}
+
+double LeftOut(const ResidualMap& map) {
+  double num = 0, left_out = 0;
+  for (const ResidualCell& cell : map.cells) {
+    num += cell.num_points + cell.num_left_out;
+    left_out += cell.num_left_out;
+  }
+  return num > 0 ? left_out / num : 0;
+}
+
 void CheckCells(const Fit& fit, const Structure& structure, const Observations& observations,
                 std::vector<Weakness>& failures) {
   for (const ResidualMap& map : MapResiduals(fit, structure, observations)) {
-    const ResidualCell* worst = nullptr;
-    int column = 0, row = 0;
-    for (int y = 0; y < ResidualMap::kRows; ++y) {
-      for (int x = 0; x < ResidualMap::kColumns; ++x) {
-        const ResidualCell& cell = map.At(x, y);
-        if (cell.num_points == 0 || (worst && cell.mean_px.norm() <= worst->mean_px.norm())) {
-          continue;
-        }
-        // Of the mean of so many points, were they independent; the mean's two parts together.
-        const double chance = cell.rms_px / std::sqrt(cell.num_points);
-        if (cell.mean_px.norm() <= kLargestCellPx + kChance * chance) continue;
-        worst = &cell;
-        column = x;
-        row = y;
-      }
-    }
-    if (worst == nullptr) continue;
+    const double left_out = LeftOut(map);
+    const auto worst = std::max_element(map.cells.begin(), map.cells.end(),
+                                        [&](const ResidualCell& a, const ResidualCell& b) {
+                                          return Excess(a, left_out) < Excess(b, left_out);
+                                        });
+    if (worst == map.cells.end() || !(Excess(*worst, left_out) > 1)) continue;
+    const auto place = static_cast<int>(worst - map.cells.begin());
+    const PanelCalibration& panel = structure.Panel(map.panel);
     failures.push_back(
-        {fmt::format("rays through a part of {}: around column {:.0f}, row {:.0f} it is off by "
-                     "{:.3f} px from what the model allows",
-                     NameOf(map.panel),
-                     (column + 0.5) / ResidualMap::kColumns * structure.Panel(map.panel).width_px,
-                     (row + 0.5) / ResidualMap::kRows * structure.Panel(map.panel).height_px,
-                     worst->mean_px.norm()),
+        {fmt::format(
+             "rays through a part of {}: around its column {:.0f} and row {:.0f} points are "
+             "off by {:.3f} px on the mean, and {} of {} were left out",
+             NameOf(map.panel),
+             (place % ResidualMap::kColumns + 0.5) / ResidualMap::kColumns * panel.width_px,
+             (static_cast<double>(place / ResidualMap::kColumns) + 0.5) / ResidualMap::kRows *
+                 panel.height_px,
+             worst->mean_px.norm(), worst->num_left_out, worst->num_points + worst->num_left_out),
          "photograph that panel's sinusoids as well (--mode precise) from 3 or 4 of the positions; "
          "look for glare there and at the display's gap_mm and index"});
   }
