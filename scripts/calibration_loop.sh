@@ -4,7 +4,7 @@
 # of 3 to 10 mm of acrylic), patterns, virtual photographs of 12 positions within 20 degrees
 # (distorted, blurred, noisy), the calibration solved from them, and how far it is from the truth.
 #
-#   scripts/calibration_loop.sh SEED [--width PX] [--out DIR] [--program FILE]
+#   scripts/calibration_loop.sh SEED [--small] [--width PX] [--views N] [--out DIR] [--program FILE]
 #                       ends with one line: gap_error_mm X ray_rms_px Y ray_max_px Z
 #                       where the calibration was refused: why, and exit code 4
 #   scripts/calibration_loop.sh --trials N [--first SEED] [...]
@@ -12,19 +12,22 @@
 #                       refused missed 0.01 mm, 0.001 degrees, 0.02 px RMS or 0.06 px at most, or
 #                       more than one in twenty was refused
 #
-# --width is of the photographs (3:2; 2736, 5 megapixels). --out keeps all files (1 GB for a trial).
-# Without --program the release preset is built. A trial takes about a minute on two cores.
+# --width is of the photographs (3:2; 2736, 5 megapixels), --small takes panels of a sixteenth of the
+# pixels and photographs of 1 megapixel, which know less. --out keeps all files (half a GB for a
+# trial). Without --program the release preset is built. A trial takes about two minutes of a core.
 set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 usage() { sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2; exit 2; }
 
-seed='' trials=0 first=1 width=2736 out='' program=''
+seed='' trials=0 first=1 width='' views=12 small=false out='' program=''
 while (($#)); do
   case $1 in
     --trials) trials=${2:?}; shift 2 ;;
     --first) first=${2:?}; shift 2 ;;
     --width) width=${2:?}; shift 2 ;;
+    --views) views=${2:?}; shift 2 ;;
+    --small) small=true; shift ;;
     --out) out=${2:?}; shift 2 ;;
     --program) program=${2:?}; shift 2 ;;
     [0-9]*) seed=$1; shift ;;
@@ -32,6 +35,14 @@ while (($#)); do
   esac
 done
 [[ (-n $seed && $trials == 0) || (-z $seed && $trials -gt 0) ]] || usage
+
+panel='width_px = 1920
+height_px = 1080
+pitch_mm = 0.31125'
+$small && panel='width_px = 480
+height_px = 270
+pitch_mm = 1.245'
+[[ -n $width ]] || width=$($small && echo 1248 || echo 2736)
 
 if [[ -z $program ]]; then
   program=$repository/build/release/lamella
@@ -42,14 +53,12 @@ lamella() { "$program" "$@" --quiet; }
 
 # The prototype as designed: acrylic of 6 mm behind the modulators, whatever it really is.
 design() {
-  cat <<'TOML'
+  cat <<TOML
 format_version = 1
 name = "prototype"
 viewing_distance_mm = 800
 [panel]
-width_px = 1920
-height_px = 1080
-pitch_mm = 0.31125
+$panel
 [[layer]]
 position_mm = -20
 gap_mm = 6
@@ -89,10 +98,10 @@ trial() {
   lamella calibrate patterns "$dir/prototype.toml" --out "$dir/patterns"
   keep_boards "$dir/patterns/shots.json"
   lamella synth photos --misalignment "$dir/truth.json" --shots "$dir/patterns/shots.json" \
-    --views 12 --tilt-deg 20 --width-px "$width" --k1 -0.08 --blur-px 1 --samples 64 \
+    --views "$views" --tilt-deg 20 --width-px "$width" --k1 -0.08 --blur-px 1 --samples 64 \
     --exposure 1.6 --full-well-e 3500 --read-noise-e 2 --seed "$seed" --out "$dir/taken"
-  lamella calibrate solve "$dir/patterns" "$dir/taken/images" --display "$dir/prototype.toml" \
-    --out "$dir/calibration.json" || return $?
+  lamella calibrate solve "$dir/patterns" "$dir/taken/images" --out "$dir/calibration.json" \
+    || return $?
   lamella compare calibration "$dir/calibration.json" "$dir/truth.json" | tee "$dir/comparison.txt"
 }
 
