@@ -26,7 +26,7 @@ void AddFold(const Fit& fit, const Structure& structure, const Observations& obs
   const auto held_out = [fold](int view) { return view % kFolds == fold; };
   const Weighting others = OfViews(fit, structure, [&](int view) { return !held_out(view); });
   const Weighting left_out = OfViews(fit, structure, held_out);
-  MinimiseOptions nearby{20, 1e-8, 1e-4};
+  MinimiseOptions nearby{20, 1e-8, 1e-2};
   const Minimum known = Minimise(fit.state, structure, fit.columns, observations, others, nearby);
   nearby.hold_display = true;
   const Minimum posed =

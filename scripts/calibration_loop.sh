@@ -42,7 +42,7 @@ pitch_mm = 0.31125'
 $small && panel='width_px = 480
 height_px = 270
 pitch_mm = 1.245'
-[[ -n $width ]] || width=$($small && echo 1248 || echo 2736)
+[[ -n $width ]] || width=$($small && echo 1344 || echo 2736)
 
 if [[ -z $program ]]; then
   program=$repository/build/release/lamella
@@ -79,12 +79,13 @@ slots = 3
 TOML
 }
 
-# The boards, the first of them again. White, leaking and dark panels are for photometry.
+# The dark shot, which begins a position, and the boards, the first of them again. White and leaking
+# panels are for photometry.
 keep_boards() {
   python3 -c '
 import json, sys
 list = json.load(open(sys.argv[1]))
-list["shots"] = [shot for shot in list["shots"] if "board" in shot["name"]]
+list["shots"] = [shot for shot in list["shots"] if "board" in shot["name"] or "dark" in shot["name"]]
 json.dump(list, open(sys.argv[1], "w"))' "$1"
 }
 
