@@ -209,6 +209,35 @@ void Record(GroupVerdict verdict, std::vector<GroupVerdict>& verdicts) {
   verdicts.push_back(std::move(verdict));
 }
 
+// Frees the group where the photographs ask for it and carry it; whether they do.
+bool Try(const Candidate& candidate, const Structure& structure, const Observations& observations,
+         const EyeBox& box, std::optional<Scores>& scores, Selection& selection) {
+  Fit& fit = selection.fit;
+  FreeGroups free = fit.free;
+  if (free.*candidate.group) return false;
+  free.*candidate.group = true;
+  const int added = ColumnsOf(structure, free, observations).size - fit.columns.size;
+  if (added == 0) return false;
+  if (!scores) scores.emplace(fit, structure, observations);
+  GroupVerdict verdict;
+  verdict.group = candidate.name;
+  verdict.chi2_fall = scores->FallOf(candidate.group);
+  verdict.chi2_needed = added * std::log(std::max(2, fit.num_residuals));
+  if (verdict.chi2_fall <= verdict.chi2_needed) {
+    verdict.reason = NotAskedFor(verdict);
+    Record(std::move(verdict), selection.verdicts);
+    return false;
+  }
+  Fit larger = Refit(fit, structure, observations, free);
+  verdict = Judge(candidate, fit, larger, structure, observations, box);
+  const bool freed = verdict.freed;
+  Record(std::move(verdict), selection.verdicts);
+  if (!freed) return false;
+  scores.reset();  // they are the smaller model's
+  fit = std::move(larger);
+  return true;
+}
+
 }  // namespace
 
 Selection SelectGroups(const CalibrationState& start, const Structure& structure,
@@ -226,31 +255,9 @@ Selection SelectGroups(const CalibrationState& start, const Structure& structure
   bool again = true;
   for (int pass = 0; again && pass < 3; ++pass) {
     again = false;
-    std::optional<Scores> scores(std::in_place, fit, structure, observations);
+    std::optional<Scores> scores;
     for (const Candidate& candidate : kCandidates) {
-      FreeGroups free = fit.free;
-      if (free.*candidate.group) continue;
-      free.*candidate.group = true;
-      const int added = ColumnsOf(structure, free, observations).size - fit.columns.size;
-      if (added == 0) continue;
-      if (!scores) scores.emplace(fit, structure, observations);
-      GroupVerdict verdict;
-      verdict.group = candidate.name;
-      verdict.chi2_fall = scores->FallOf(candidate.group);
-      verdict.chi2_needed = added * std::log(std::max(2, fit.num_residuals));
-      if (verdict.chi2_fall <= verdict.chi2_needed) {
-        verdict.reason = NotAskedFor(verdict);
-        Record(std::move(verdict), selection.verdicts);
-        continue;
-      }
-      Fit larger = Refit(fit, structure, observations, free);
-      verdict = Judge(candidate, fit, larger, structure, observations, box);
-      const bool freed = verdict.freed;
-      Record(std::move(verdict), selection.verdicts);
-      if (!freed) continue;
-      scores.reset();  // they are the smaller model's
-      fit = std::move(larger);
-      again = true;
+      if (Try(candidate, structure, observations, box, scores, selection)) again = true;
     }
   }
   for (const Candidate& candidate : kCandidates) {

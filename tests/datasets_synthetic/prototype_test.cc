@@ -247,7 +247,8 @@ TEST(Prototype, BlursAnEdgeByTheDiscOfConfusion) {
   EXPECT_NEAR(sharp(40, 30).g, 1, 1e-6);
 }
 
-// A lens that spreads light: an edge becomes the Gaussian's integral, smoothed by the pixel.
+// A lens that spreads light: an edge stays where it is, its derivative has the Gaussian's variance,
+// and no light is lost.
 TEST(Prototype, SpreadsAnEdgeByAGaussian) {
   PrototypeCamera camera = Straight();
   camera.blur_px = 1.3;
@@ -255,10 +256,15 @@ TEST(Prototype, SpreadsAnEdgeByAGaussian) {
                                    return u >= 20 ? Rgb{1, 1, 1} : Rgb();
                                  }),
                                  camera, 1);
-  const double sigma = std::hypot(1.3, std::sqrt(1.0 / 12));
+  double mean = 0, variance = 0;
   for (int x = 30; x < 50; ++x) {
-    EXPECT_NEAR(photo(x, 30).g, 0.5 * std::erfc((39.5 - x) / (sigma * std::sqrt(2.0))), 2e-3) << x;
+    const double step =
+        static_cast<double>(photo(x, 30).g) - static_cast<double>(photo(x - 1, 30).g);
+    mean += step * x;  // the step between pixel centres x - 1/2 and x + 1/2 is at x
+    variance += step * (x - 40) * (x - 40);
   }
+  EXPECT_NEAR(mean, 40, 1e-4);
+  EXPECT_NEAR(variance, 1.3 * 1.3, 0.005);
   double sum = 0;
   camera.blur_px = 4;
   const Image<Rgb> point = Photo(Bare([](int u, int v) {

@@ -1,8 +1,10 @@
-// Calibrations that differ by what calibration.md section 8 has the ray error of.
+// Calibrations that differ by one number, whose ray error is known in closed form.
 #include "pipeline/compare_calibration.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,6 +38,22 @@ const PanelRays& RaysTo(const CalibrationComparison& comparison, PanelId panel) 
   throw std::runtime_error("no such panel");
 }
 
+// Root mean square and largest tangent of the rays' angles in matter of an index, over 7 x 5 pixels
+// of the reference panel and 27 eyes.
+RayDifference Tangents(double index) {
+  double sum = 0, largest = 0;
+  for (const double z : {650, 800, 950}) {
+    for (int k = 0; k < 9 * 35; ++k) {
+      const double x = ((k % 7 + 0.5) / 7 - 0.5) * 1920 * 0.31125 - 290 * (k / 35 % 3 - 1);
+      const double y = ((k / 7 % 5 + 0.5) / 5 - 0.5) * 1080 * 0.31125 - 100 * (k / 105 - 1);
+      const double sine2 = (x * x + y * y) / (x * x + y * y + z * z) / (index * index);
+      sum += sine2 / (1 - sine2) / (27 * 35);
+      largest = std::max(largest, std::sqrt(sine2 / (1 - sine2)));
+    }
+  }
+  return {std::sqrt(sum), largest};
+}
+
 TEST(CompareCalibrations, KnowsTheErrorOfAGapAnOffsetAndARotation) {
   const PanelId emitter{1, PanelId::kEmitter};
   Calibration moved = Standard();
@@ -43,8 +61,8 @@ TEST(CompareCalibrations, KnowsTheErrorOfAGapAnOffsetAndARotation) {
   CalibrationComparison result = CompareCalibrations(moved, Standard());
   EXPECT_EQ(result.reference, (PanelId{1, PanelId::kModulator}));
   EXPECT_NEAR(result.gap_mm, 0.1, 1e-12);
-  EXPECT_NEAR(RaysTo(result, emitter).rays.rms_px, 0.086, 0.002);
-  EXPECT_NEAR(RaysTo(result, emitter).rays.max_px, 0.162, 0.004);
+  EXPECT_NEAR(RaysTo(result, emitter).rays.rms_px, 0.1 / 0.31125 * Tangents(1.49).rms_px, 1e-6);
+  EXPECT_NEAR(RaysTo(result, emitter).rays.max_px, 0.1 / 0.31125 * Tangents(1.49).max_px, 1e-6);
   EXPECT_EQ(RaysTo(result, {0, PanelId::kModulator}).rays.max_px, 0);
   // A third of the rays differs.
   EXPECT_NEAR(result.rays.rms_px, RaysTo(result, emitter).rays.rms_px / std::sqrt(3), 1e-9);
@@ -58,14 +76,16 @@ TEST(CompareCalibrations, KnowsTheErrorOfAGapAnOffsetAndARotation) {
   moved = Standard();
   moved.layers[1].rotation_rad.z() += 0.1 * kDegree;
   result = CompareCalibrations(moved, Standard());
-  EXPECT_NEAR(RaysTo(result, emitter).rays.rms_px, 1.305, 0.03);
+  EXPECT_NEAR(RaysTo(result, emitter).rays.rms_px, 1.096, 0.01);
+  // 1.096 = 0.1 degrees times the pixels' RMS distance from the middle.
   EXPECT_NEAR(result.rotation_deg, 0.1, 1e-9);
   EXPECT_NEAR(result.tilt_deg, 0, 1e-9);
 
   moved = Standard();
   moved.layers[0].display_from_stack.translation.z() += 0.1;
   result = CompareCalibrations(moved, Standard());
-  EXPECT_NEAR(RaysTo(result, {0, PanelId::kModulator}).rays.rms_px, 0.139, 0.004);
+  EXPECT_NEAR(RaysTo(result, {0, PanelId::kModulator}).rays.rms_px,
+              0.1 / 0.31125 * Tangents(1).rms_px, 1e-3);
   EXPECT_NEAR(result.layers[0].stack_shift_mm, 0.1, 1e-12);
 }
 
