@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "calibration/covariance.h"
+#include "calibration/gates.h"
 #include "calibration/initialise.h"
 #include "calibration/weaknesses.h"
 
@@ -200,6 +201,8 @@ CalibrationReport Calibrate(const Observations& given, const Calibration& design
   CheckSeenTwice(fit, structure, observations, report);
   CheckOutliers(report);
   CheckRays(fit, structure, options, report);
+  // Of what is not determined anyway, residuals say nothing.
+  if (report.accepted()) report.failures = Contradictions(fit, structure, observations);
   if (!fit.converged && report.accepted()) {
     report.failures.push_back({"the solution did not settle", "look at the photographs left out"});
   }

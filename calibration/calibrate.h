@@ -9,6 +9,7 @@
 //   solve.h          the joint robust solution; slip.h: photographs of one position that moved
 //   select.h         which groups of parameters the photographs ask for and carry
 //   uncertainty.h    how well rays are known, and what the photographs leave open
+//   gates.h          what the residuals say against the solution
 //   residual_map.h   where on its panels it fits; next_view.h: from where to photograph next
 //
 // calibration.md has the measurements behind each choice.

@@ -54,13 +54,16 @@ void AddPhoto(const PanelPhoto& photo, const Eigen::Matrix2Xd& residuals,
   const auto homography = HomographyOf(photo);
   if (!homography) return;
   for (std::size_t k = 0; k < photo.points.size(); ++k) {
-    if (!inlier[k]) continue;
     const Observation& point = photo.points[k];
+    ResidualCell& cell = map.cells[CellOf(point.panel_px, panel)];
+    if (!inlier[k]) {
+      ++cell.num_left_out;
+      continue;
+    }
     const Vector2d predicted_minus_seen =
         InPixels(residuals.col(static_cast<Eigen::Index>(k)), point.covariance_px2);
     const Vector2d error =
         -(JacobianAt(*homography, point.panel_px).inverse() * predicted_minus_seen);
-    ResidualCell& cell = map.cells[CellOf(point.panel_px, panel)];
     ++cell.num_points;
     cell.mean_px += error;
     cell.rms_px += error.squaredNorm();

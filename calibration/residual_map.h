@@ -17,7 +17,8 @@ namespace lamella {
 struct ResidualCell {
   int num_points = 0;
   Eigen::Vector2d mean_px{0, 0};
-  double rms_px = 0;  // of the length
+  double rms_px = 0;     // of the length
+  int num_left_out = 0;  // points that disagree, of photographs that else do not
 };
 
 struct ResidualMap {

@@ -1,12 +1,16 @@
 #include "calibration/select.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
+#include <optional>
 #include <utility>
+#include <vector>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
-#include "calibration/minimise.h"
+#include "calibration/held_out.h"
 
 namespace lamella {
 namespace {
@@ -26,54 +30,6 @@ constexpr Candidate kCandidates[] = {{"plate thickness", &FreeGroups::plate},
                                      {"k3", &FreeGroups::k3},
                                      {"index", &FreeGroups::index}};
 
-constexpr int kFolds = 4;
-
-// The points of some views only.
-Weighting OfViews(const Fit& fit, const Structure& structure,
-                  const std::function<bool(int)>& wanted) {
-  Weighting weighting = fit.weighting;
-  for (std::size_t i = 0; i < weighting.inlier.size(); ++i) {
-    std::vector<char>& inlier = weighting.inlier[i];
-    if (!wanted(structure.view_of_photo[i])) inlier.assign(inlier.size(), 0);
-  }
-  return weighting;
-}
-
-// Squared residuals of the points of every fourth view, when all but these views' own poses and
-// slips is known from the others.
-std::vector<double> HeldOutSquares(const Fit& fit, const Structure& structure,
-                                   const Observations& observations, int fold) {
-  const auto held_out = [fold](int view) { return view % kFolds == fold; };
-  const Weighting others = OfViews(fit, structure, [&](int view) { return !held_out(view); });
-  const Weighting left_out = OfViews(fit, structure, held_out);
-  MinimiseOptions nearby{20, 1e-8, 1e-4};
-  const Minimum known = Minimise(fit.state, structure, fit.columns, observations, others, nearby);
-  nearby.hold_display = true;
-  const Minimum posed =
-      Minimise(known.state, structure, fit.columns, observations, left_out, nearby);
-  std::vector<double> squares;
-  const auto residuals = WhitenedResiduals(posed.state, structure, observations);
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    for (Eigen::Index k = 0; k < residuals[i].cols(); ++k) {
-      if (left_out.inlier[i][static_cast<std::size_t>(k)]) {
-        squares.push_back(residuals[i].col(k).squaredNorm());
-      }
-    }
-  }
-  return squares;
-}
-
-// Of every fold in turn, so of every view once.
-std::vector<double> AllHeldOutSquares(const Fit& fit, const Structure& structure,
-                                      const Observations& observations) {
-  std::vector<double> all;
-  for (int fold = 0; fold < kFolds; ++fold) {
-    const std::vector<double> squares = HeldOutSquares(fit, structure, observations, fold);
-    all.insert(all.end(), squares.begin(), squares.end());
-  }
-  return all;
-}
-
 // By how many standard errors the mean square falls.
 double GainInErrors(const std::vector<double>& before, const std::vector<double>& after) {
   double sum = 0, squares = 0;
@@ -87,6 +43,80 @@ double GainInErrors(const std::vector<double>& before, const std::vector<double>
   return num > 1 && variance > 0 ? mean / std::sqrt(variance / num) : 0;
 }
 
+// The columns of a group's parameters.
+std::vector<int> ColumnsOfGroup(const Columns& columns, bool FreeGroups::*group) {
+  std::vector<int> of;
+  const auto add = [&](int column) {
+    if (column >= 0) of.push_back(column);
+  };
+  if (group == &FreeGroups::k3 && columns.k3) {
+    for (const int camera : columns.camera) add(camera + 8);
+  }
+  for (const auto* shapes : {&columns.emitter_shape, &columns.modulator_shape}) {
+    for (const std::array<int, 4>& shape : *shapes) {
+      if (group == &FreeGroups::scale) add(shape[0]);
+      if (group == &FreeGroups::aspect_skew) add(shape[1]);
+      if (group == &FreeGroups::aspect_skew) add(shape[2]);
+      if (group == &FreeGroups::bow) add(shape[3]);
+    }
+  }
+  if (group == &FreeGroups::index) std::for_each(columns.index.begin(), columns.index.end(), add);
+  if (group == &FreeGroups::plate) std::for_each(columns.plate.begin(), columns.plate.end(), add);
+  return of;
+}
+
+// What freeing groups would do to a fit's chi^2, were residuals linear in all parameters (Rao's
+// score test, 1948): one linearisation with all of them free, no new solution for each.
+class Scores {
+ public:
+  Scores(const Fit& fit, const Structure& structure, const Observations& observations) : fit_(fit) {
+    FreeGroups all = fit.free;
+    for (const Candidate& candidate : kCandidates) all.*candidate.group = true;
+    columns_ = ColumnsOf(structure, all, observations);
+    const NormalEquations equations =
+        Linearise(fit.state, structure, columns_, observations, fit.weighting);
+    scale_ = equations.hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    hessian_ = scale_.asDiagonal() * equations.hessian * scale_.asDiagonal();
+    gradient_ = scale_.asDiagonal() * equations.gradient;
+    std::vector<char> tried(static_cast<std::size_t>(columns_.size), 0);
+    for (const Candidate& candidate : kCandidates) {
+      if (fit.free.*candidate.group) continue;
+      for (const int column : ColumnsOfGroup(columns_, candidate.group)) {
+        tried[static_cast<std::size_t>(column)] = 1;
+      }
+    }
+    for (int i = 0; i < columns_.size; ++i) {
+      if (tried[static_cast<std::size_t>(i)] == 0) base_.push_back(i);
+    }
+    base_hessian_.compute(hessian_(base_, base_));
+  }
+
+  // In units of the larger model's variance; no number where the group is not determined.
+  double FallOf(bool FreeGroups::*group) const {
+    const std::vector<int> own = ColumnsOfGroup(columns_, group);
+    const Eigen::MatrixXd gain = base_hessian_.solve(hessian_(base_, own)).transpose();
+    const Eigen::MatrixXd left = hessian_(own, own) - gain * hessian_(base_, own);
+    const Eigen::VectorXd slope = gradient_(own) - gain * gradient_(base_);
+    const double fall = slope.dot(left.ldlt().solve(slope));
+    const double chi2 = fit_.equations.cost;
+    return fall / (fit_.variance * std::max(1e-12, (chi2 - fall) / chi2));
+  }
+
+ private:
+  const Fit& fit_;
+  Columns columns_;
+  std::vector<int> base_;
+  Eigen::MatrixXd hessian_;
+  Eigen::VectorXd gradient_, scale_;
+  Eigen::LDLT<Eigen::MatrixXd> base_hessian_;
+};
+
+std::string NotAskedFor(const GroupVerdict& verdict) {
+  return fmt::format(
+      "the photographs do not ask for it: chi^2 falls by {:.1f}, {:.1f} is what chance may do",
+      verdict.chi2_fall, verdict.chi2_needed);
+}
+
 // Tests a group from the cheapest question to the dearest; stops at the first no.
 GroupVerdict Judge(const Candidate& candidate, const Fit& fit, const Fit& larger,
                    const Structure& structure, const Observations& observations,
@@ -97,10 +127,7 @@ GroupVerdict Judge(const Candidate& candidate, const Fit& fit, const Fit& larger
   verdict.chi2_fall = (fit.equations.cost - larger.equations.cost) / larger.variance;
   verdict.chi2_needed = added * std::log(std::max(2, fit.num_residuals));
   if (!(verdict.chi2_fall > verdict.chi2_needed)) {
-    verdict.reason = fmt::format(
-        "the photographs do not ask for it: chi^2 falls by {:.1f}, {:.1f} "
-        "is what chance may do",
-        verdict.chi2_fall, verdict.chi2_needed);
+    verdict.reason = NotAskedFor(verdict);
     return verdict;
   }
   const Degeneracy degeneracy = DegeneracyOf(larger);
@@ -119,8 +146,8 @@ GroupVerdict Judge(const Candidate& candidate, const Fit& fit, const Fit& larger
     verdict.reason = fmt::format("it changes rays by {:.4f} px only", verdict.benefit_px);
     return verdict;
   }
-  verdict.heldout_gain = GainInErrors(AllHeldOutSquares(fit, structure, observations),
-                                      AllHeldOutSquares(larger, structure, observations));
+  verdict.heldout_gain = GainInErrors(HeldOutSquares(fit, structure, observations),
+                                      HeldOutSquares(larger, structure, observations));
   if (!(verdict.heldout_gain > kHeldOutErrors)) {
     verdict.reason = "views left out are not predicted better with it";
     return verdict;
@@ -182,6 +209,35 @@ void Record(GroupVerdict verdict, std::vector<GroupVerdict>& verdicts) {
   verdicts.push_back(std::move(verdict));
 }
 
+// Frees the group where the photographs ask for it and carry it; whether they do.
+bool Try(const Candidate& candidate, const Structure& structure, const Observations& observations,
+         const EyeBox& box, std::optional<Scores>& scores, Selection& selection) {
+  Fit& fit = selection.fit;
+  FreeGroups free = fit.free;
+  if (free.*candidate.group) return false;
+  free.*candidate.group = true;
+  const int added = ColumnsOf(structure, free, observations).size - fit.columns.size;
+  if (added == 0) return false;
+  if (!scores) scores.emplace(fit, structure, observations);
+  GroupVerdict verdict;
+  verdict.group = candidate.name;
+  verdict.chi2_fall = scores->FallOf(candidate.group);
+  verdict.chi2_needed = added * std::log(std::max(2, fit.num_residuals));
+  if (verdict.chi2_fall <= verdict.chi2_needed) {
+    verdict.reason = NotAskedFor(verdict);
+    Record(std::move(verdict), selection.verdicts);
+    return false;
+  }
+  Fit larger = Refit(fit, structure, observations, free);
+  verdict = Judge(candidate, fit, larger, structure, observations, box);
+  const bool freed = verdict.freed;
+  Record(std::move(verdict), selection.verdicts);
+  if (!freed) return false;
+  scores.reset();  // they are the smaller model's
+  fit = std::move(larger);
+  return true;
+}
+
 }  // namespace
 
 Selection SelectGroups(const CalibrationState& start, const Structure& structure,
@@ -199,18 +255,9 @@ Selection SelectGroups(const CalibrationState& start, const Structure& structure
   bool again = true;
   for (int pass = 0; again && pass < 3; ++pass) {
     again = false;
+    std::optional<Scores> scores;
     for (const Candidate& candidate : kCandidates) {
-      FreeGroups free = fit.free;
-      if (free.*candidate.group) continue;
-      free.*candidate.group = true;
-      if (ColumnsOf(structure, free, observations).size == fit.columns.size) continue;
-      Fit larger = Refit(fit, structure, observations, free);
-      GroupVerdict verdict = Judge(candidate, fit, larger, structure, observations, box);
-      const bool freed = verdict.freed;
-      Record(std::move(verdict), selection.verdicts);
-      if (!freed) continue;
-      fit = std::move(larger);
-      again = true;
+      if (Try(candidate, structure, observations, box, scores, selection)) again = true;
     }
   }
   for (const Candidate& candidate : kCandidates) {

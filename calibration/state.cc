@@ -180,6 +180,18 @@ Structure StructureOf(const Observations& observations, const Calibration& desig
   return structure;
 }
 
+Structure StructureOf(const Calibration& design) {
+  Structure structure;
+  structure.design = design;
+  for (int layer = 0; layer < static_cast<int>(design.layers.size()); ++layer) {
+    for (const PanelId& panel : {PanelId{layer, PanelId::kEmitter}, {layer, PanelId::kModulator}}) {
+      if (Has(design, panel)) structure.panels.push_back(panel);
+    }
+  }
+  structure.reference = ReferenceOf(structure);
+  return structure;
+}
+
 Columns ColumnsOf(const Structure& structure, const FreeGroups& free,
                   const Observations& observations) {
   Columns columns;

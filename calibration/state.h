@@ -62,6 +62,8 @@ struct Structure {
 };
 // UsageError where the design lacks a photographed panel; InputError where there is nothing.
 Structure StructureOf(const Observations& observations, const Calibration& design);
+// All panels of a display, of which there are no photographs.
+Structure StructureOf(const Calibration& design);
 
 // Columns of the tangent space: rotations have 3 (radians, about the world's axes), translations 3.
 struct Columns {

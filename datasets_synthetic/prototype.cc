@@ -5,6 +5,9 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -21,6 +24,11 @@ using Eigen::Vector3d;
 
 struct Sum {
   double r = 0, g = 0, b = 0;
+  void Add(double weight, const Sum& light) {
+    r += weight * light.r;
+    g += weight * light.g;
+    b += weight * light.b;
+  }
   void Add(double weight, const Rgb& light) {
     r += weight * static_cast<double>(light.r);
     g += weight * static_cast<double>(light.g);
@@ -52,33 +60,113 @@ struct TracedLayer {
     return {stripe.x(), stripe.y(), stripe.z()};
   }
 
-  void AddLight(const Vector3d& origin, const Vector3d& direction, double weight, Sum& sum) const {
-    const std::optional<SightHit> hit = sights.Seen(origin, direction);
-    if (!hit) return;
+  void AddLight(const Vector3d& origin, const Vector3d& direction, Sum& sum) const {
+    if (const std::optional<SightHit> hit = sights.Seen(origin, direction)) AddLight(*hit, sum);
+  }
+
+  void AddLight(const SightHit& hit, Sum& sum) const {
     const PanelCalibration& emitter = calibration->emitter;
-    const std::optional<int> x = PixelOf(hit->emitter.x(), emitter.width_px),
-                             y = PixelOf(hit->emitter.y(), emitter.height_px);
+    const std::optional<int> x = PixelOf(hit.emitter.x(), emitter.width_px),
+                             y = PixelOf(hit.emitter.y(), emitter.height_px);
     if (!x || !y) return;
     const std::size_t slots = shown->emitter.size();
-    double scale = weight * calibration->gain / static_cast<double>(slots);
-    if (falloff > 0) scale *= std::pow(hit->cosine, falloff);
+    double scale = calibration->gain / static_cast<double>(slots);
+    if (falloff > 0) scale *= std::pow(hit.cosine, falloff);
     if (!calibration->modulator) {
       for (const auto& image : shown->emitter) {
-        sum.Add(scale, Emitted(*image, *x, *y, hit->emitter.x()));
+        sum.Add(scale, Emitted(*image, *x, *y, hit.emitter.x()));
       }
       return;
     }
-    const std::optional<int> u = PixelOf(hit->modulator.x(), calibration->modulator->width_px),
-                             v = PixelOf(hit->modulator.y(), calibration->modulator->height_px);
+    const std::optional<int> u = PixelOf(hit.modulator.x(), calibration->modulator->width_px),
+                             v = PixelOf(hit.modulator.y(), calibration->modulator->height_px);
     if (!u || !v) return;
     for (std::size_t slot = 0; slot < slots; ++slot) {
       const float transmittance = (*shown->modulator[slot])(*u, *v);
       if (transmittance == 0) continue;
       sum.Add(scale * static_cast<double>(transmittance),
-              Emitted(*shown->emitter[slot], *x, *y, hit->emitter.x()));
+              Emitted(*shown->emitter[slot], *x, *y, hit.emitter.x()));
     }
   }
 };
+
+// The hits of lines of sight through a rectangle of a picture whose corners' are known and that
+// turn evenly between them: x and y run from 0 to 1 over the rectangle.
+class EvenHits {
+ public:
+  // Left and right above, left and right below.
+  explicit EvenHits(const std::array<SightHit, 4>& corners)
+      : corner_(Numbers(corners[0])),
+        along_x_(Numbers(corners[1]) - corner_),
+        along_y_(Numbers(corners[2]) - corner_),
+        along_both_(Numbers(corners[3]) - corner_ - along_x_ - along_y_) {}
+
+  SightHit At(double x, double y) const {
+    const Vector5d numbers = corner_ + x * along_x_ + y * (along_y_ + x * along_both_);
+    return {numbers.head<2>(), numbers.segment<2>(2), numbers(4)};
+  }
+  // Those of a part, of which again the corners are asked for.
+  std::array<SightHit, 4> CornersOf(double left, double top, double right, double bottom) const {
+    return {At(left, top), At(right, top), At(left, bottom), At(right, bottom)};
+  }
+
+ private:
+  using Vector5d = Eigen::Matrix<double, 5, 1>;
+  static Vector5d Numbers(const SightHit& hit) {
+    Vector5d numbers;
+    numbers << hit.modulator, hit.emitter, hit.cosine;
+    return numbers;
+  }
+  Vector5d corner_, along_x_, along_y_, along_both_;
+};
+
+// The panel's pixels that corners enclose, with some room for lines that bend; none beside the
+// panel. Nothing where the panel's border is among them, or they are many.
+std::optional<Rect> Enclosed(const std::array<SightHit, 4>& corners, Vector2d SightHit::*on,
+                             const PanelCalibration& panel) {
+  constexpr double kRoomPx = 0.01;
+  constexpr int kMost = 32;  // in a row
+  Vector2d low = corners[0].*on, high = low;
+  for (const SightHit& corner : corners) {
+    low = low.cwiseMin(corner.*on);
+    high = high.cwiseMax(corner.*on);
+  }
+  low.array() -= kRoomPx;
+  high.array() += kRoomPx;
+  const Vector2d size(panel.width_px, panel.height_px);
+  if (high.minCoeff() < 0 || (low - size).maxCoeff() >= 0) return Rect{0, 0, 0, 0};
+  const bool inside = low.minCoeff() >= 0 && (high - size).maxCoeff() < 0;
+  if (!inside || !((high - low).maxCoeff() < kMost)) return std::nullopt;
+  const int x = static_cast<int>(low.x()), y = static_cast<int>(low.y());
+  return Rect{x, y, static_cast<int>(high.x()) - x + 1, static_cast<int>(high.y()) - y + 1};
+}
+
+template <class T>
+bool IsOneColour(const Image<T>& image, const Rect& rect) {
+  if (rect.width == 0) return true;
+  const T& first = image(rect.x, rect.y);
+  for (int y = rect.y; y < rect.y + rect.height; ++y) {
+    const T* row = image.row(y) + rect.x;
+    if (!std::all_of(row, row + rect.width, [&](const T& other) { return other == first; })) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool SeeOneColour(const TracedLayer& layer, const std::array<SightHit, 4>& corners) {
+  const LayerCalibration& calibration = *layer.calibration;
+  if (calibration.emitter.rgb_stripes || layer.falloff > 0) return false;
+  const auto emitters = Enclosed(corners, &SightHit::emitter, calibration.emitter);
+  if (!emitters) return false;
+  const bool emitted =
+      std::all_of(layer.shown->emitter.begin(), layer.shown->emitter.end(),
+                  [&](const auto& image) { return IsOneColour(*image, *emitters); });
+  if (!emitted || !calibration.modulator) return emitted;
+  const auto openings = Enclosed(corners, &SightHit::modulator, *calibration.modulator);
+  return openings && std::all_of(layer.shown->modulator.begin(), layer.shown->modulator.end(),
+                                 [&](const auto& image) { return IsOneColour(*image, *openings); });
+}
 
 bool IsDark(const ShownLayer& shown) {
   return std::all_of(shown.emitter.begin(), shown.emitter.end(), [](const auto& image) {
@@ -189,6 +277,176 @@ double Illumination(const PrototypeCamera& camera, double x, double y) {
 
 float ToFloat(double value) { return static_cast<float>(value); }
 
+// A photograph, block by block.
+class Exposing {
+ public:
+  static constexpr int kBlock = 8;
+
+  Exposing(const Prototype& prototype, const PrototypeCamera& camera, int samples)
+      : camera_(camera),
+        layers_(Traced(prototype)),
+        display_from_camera_(Inverse(camera.camera_from_display)),
+        points_(samples),
+        width_(camera.camera.width),
+        height_(camera.camera.height) {
+    smooth_ = camera.aperture_mm == 0;
+    for (const TracedLayer& layer : layers_) smooth_ = smooth_ && !layer.calibration->lattice;
+  }
+
+  // kBlock rows from `top`, or as many as there are.
+  void Expose(int top, Image<Rgb>& photograph) const {
+    for (int left = 0; left < width_; left += kBlock) {
+      Block block{{left, top, std::min(kBlock, width_ - left), std::min(kBlock, height_ - top)},
+                  {}};
+      if (smooth_) {
+        for (const TracedLayer& layer : layers_) AddBetween(layer, block.all, block);
+      } else {
+        AddTraced(layers_, block.all, block);
+      }
+      for (int y = top; y < top + block.all.height; ++y) {
+        for (int x = left; x < left + block.all.width; ++x) {
+          const Sum& sum = block.At(x, y);
+          const double scale = Illumination(camera_, x + 0.5, y + 0.5) / points_.count();
+          photograph(x, y) = {ToFloat(scale * sum.r), ToFloat(scale * sum.g),
+                              ToFloat(scale * sum.b)};
+        }
+      }
+    }
+  }
+
+ private:
+  struct Block {
+    Rect all;
+    std::array<Sum, kBlock * kBlock> sums;  // over the samples
+    Sum& At(int x, int y) {
+      return sums[static_cast<std::size_t>((y - all.y) * kBlock + x - all.x)];
+    }
+  };
+
+  std::optional<Line> Sight(double x, double y, double u, double v) const {
+    return LineOfSight(camera_, display_from_camera_, {x, y}, u, v);
+  }
+  std::optional<SightHit> Hit(const TracedLayer& layer, double x, double y) const {
+    const std::optional<Line> line = Sight(x, y, 0.5, 0.5);
+    return line ? layer.sights.Seen(line->origin, line->direction) : std::nullopt;
+  }
+  std::uint64_t HashOf(int x, int y) const {
+    return MixedHash(static_cast<std::uint64_t>(std::int64_t{y} * width_ + x));
+  }
+
+  // Every sample's line of sight is traced.
+  void AddTraced(std::span<const TracedLayer> layers, const Rect& rect, Block& block) const {
+    for (int y = rect.y; y < rect.y + rect.height; ++y) {
+      for (int x = rect.x; x < rect.x + rect.width; ++x) {
+        const std::uint64_t hash = HashOf(x, y);
+        for (int i = 0; i < points_.count(); ++i) {
+          const std::array<double, 4> p = points_.Point(i, hash);
+          const std::optional<Line> line = Sight(x + p[0], y + p[1], p[2], p[3]);
+          if (!line) continue;
+          for (const TracedLayer& layer : layers) {
+            layer.AddLight(line->origin, line->direction, block.At(x, y));
+          }
+        }
+      }
+    }
+  }
+
+  // The lines between a rectangle's corners, where its middle one is what they make of it.
+  std::optional<EvenHits> Even(const TracedLayer& layer, const Rect& rect) const {
+    constexpr double kClosePx = 1e-3;
+    std::array<SightHit, 4> corners;
+    for (int c = 0; c < 4; ++c) {
+      const auto hit = Hit(layer, rect.x + c % 2 * rect.width, rect.y + c / 2 * rect.height);
+      if (!hit) return std::nullopt;
+      corners[static_cast<std::size_t>(c)] = *hit;
+    }
+    const auto middle = Hit(layer, rect.x + 0.5 * rect.width, rect.y + 0.5 * rect.height);
+    const EvenHits even(corners);
+    const SightHit guess = even.At(0.5, 0.5);
+    if (!middle || !((middle->emitter - guess.emitter).norm() < kClosePx) ||
+        !((middle->modulator - guess.modulator).norm() < kClosePx)) {
+      return std::nullopt;
+    }
+    return even;
+  }
+
+  // The same from corners, of ever smaller rectangles until lines turn evenly in them.
+  void AddBetween(const TracedLayer& layer, const Rect& rect, Block& block) const {
+    if (const std::optional<EvenHits> even = Even(layer, rect)) {
+      return AddEven(layer, *even, rect, block);
+    }
+    if (rect.width == 1 && rect.height == 1) return AddTraced({&layer, 1}, rect, block);
+    const int left = (rect.width + 1) / 2, top = (rect.height + 1) / 2;
+    for (const int x : {0, left}) {
+      for (const int y : {0, top}) {
+        const Rect part{rect.x + x, rect.y + y, x == 0 ? left : rect.width - left,
+                        y == 0 ? top : rect.height - top};
+        if (part.width > 0 && part.height > 0) AddBetween(layer, part, block);
+      }
+    }
+  }
+
+  void AddEven(const TracedLayer& layer, const EvenHits& even, const Rect& rect,
+               Block& block) const {
+    const bool one_colour = SeeOneColour(layer, even.CornersOf(0, 0, 1, 1));
+    const double w = 1.0 / rect.width, h = 1.0 / rect.height;
+    for (int j = 0; j < rect.height; ++j) {
+      for (int i = 0; i < rect.width; ++i) {
+        Sum& sum = block.At(rect.x + i, rect.y + j);
+        if (one_colour ||
+            SeeOneColour(layer, even.CornersOf(i * w, j * h, (i + 1) * w, (j + 1) * h))) {
+          Sum light;
+          layer.AddLight(even.At((i + 0.5) * w, (j + 0.5) * h), light);
+          sum.Add(points_.count(), light);
+          continue;
+        }
+        const std::uint64_t hash = HashOf(rect.x + i, rect.y + j);
+        for (int k = 0; k < points_.count(); ++k) {
+          const std::array<double, 4> p = points_.Point(k, hash);
+          layer.AddLight(even.At((i + p[0]) * w, (j + p[1]) * h), sum);
+        }
+      }
+    }
+  }
+
+  const PrototypeCamera& camera_;
+  std::vector<TracedLayer> layers_;
+  Rigid display_from_camera_;
+  PixelPoints points_;
+  int width_, height_;
+  bool smooth_ = false;  // a pinhole's lines of sight through no lens sheet
+};
+
+// One direction of a Gaussian; at the borders the picture goes on as it ends.
+Image<Rgb> Spread(const Image<Rgb>& image, const std::vector<float>& half_kernel, bool along_x) {
+  Image<Rgb> spread(image.width(), image.height());
+  const int reach = static_cast<int>(half_kernel.size()) - 1;
+  ParallelForEach(0, image.height(), [&](std::int64_t row) {
+    const int y = static_cast<int>(row);
+    for (int k = -reach; k <= reach; ++k) {
+      const float weight = half_kernel[static_cast<std::size_t>(std::abs(k))];
+      const Rgb* from = image.row(along_x ? y : std::clamp(y + k, 0, image.height() - 1));
+      Rgb* to = spread.row(y);
+      for (int x = 0; x < image.width(); ++x) {
+        to[x] += weight * from[along_x ? std::clamp(x + k, 0, image.width() - 1) : x];
+      }
+    }
+  });
+  return spread;
+}
+
+Image<Rgb> Blurred(const Image<Rgb>& image, double sigma_px) {
+  std::vector<double> half = {1};
+  double total = 1;
+  for (int k = 1; k <= static_cast<int>(std::ceil(4 * sigma_px)); ++k) {
+    half.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
+    total += 2 * half.back();
+  }
+  std::vector<float> kernel;
+  for (const double weight : half) kernel.push_back(ToFloat(weight / total));
+  return Spread(Spread(image, kernel, true), kernel, false);
+}
+
 }  // namespace
 
 Image<Rgb> PhotographPrototype(const Prototype& prototype, const PrototypeCamera& camera,
@@ -196,35 +454,21 @@ Image<Rgb> PhotographPrototype(const Prototype& prototype, const PrototypeCamera
   Check(prototype.calibration, prototype.calibration.display);
   CheckShown(prototype);
   CheckCamera(prototype, camera);
-  const std::vector<TracedLayer> layers = Traced(prototype);
-  const Rigid display_from_camera = Inverse(camera.camera_from_display);
-  const PixelPoints points(samples);
-  const int width = camera.camera.width, height = camera.camera.height;
-  Image<Rgb> photograph(width, height);
-  ParallelForEach(0, height, [&](std::int64_t row) {
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < width; ++x) {
-      const std::uint64_t hash = MixedHash(static_cast<std::uint64_t>(row * width + x));
-      Sum sum;
-      for (int i = 0; i < points.count(); ++i) {
-        const std::array<double, 4> p = points.Point(i, hash);
-        const std::optional<Line> line =
-            LineOfSight(camera, display_from_camera, {x + p[0], y + p[1]}, p[2], p[3]);
-        if (!line) continue;
-        for (const TracedLayer& layer : layers)
-          layer.AddLight(line->origin, line->direction, 1, sum);
-      }
-      const double scale = Illumination(camera, x + 0.5, y + 0.5) / points.count();
-      photograph(x, y) = {ToFloat(scale * sum.r), ToFloat(scale * sum.g), ToFloat(scale * sum.b)};
-    }
-    progress.Advance();
+  const Exposing exposing(prototype, camera, samples);
+  Image<Rgb> photograph(camera.camera.width, camera.camera.height);
+  const int height = photograph.height();
+  constexpr int kRows = Exposing::kBlock;
+  ParallelForEach(0, (height + kRows - 1) / kRows, [&](std::int64_t block) {
+    const int top = static_cast<int>(block) * kRows;
+    exposing.Expose(top, photograph);
+    for (int y = top; y < std::min(top + kRows, height); ++y) progress.Advance();
   });
-  return photograph;
+  return camera.blur_px > 0 ? Blurred(photograph, camera.blur_px) : std::move(photograph);
 }
 
 Rgb LightAlong(const Prototype& prototype, const Vector3d& origin, const Vector3d& direction) {
   Sum sum;
-  for (const TracedLayer& layer : Traced(prototype)) layer.AddLight(origin, direction, 1, sum);
+  for (const TracedLayer& layer : Traced(prototype)) layer.AddLight(origin, direction, sum);
   return {ToFloat(sum.r), ToFloat(sum.g), ToFloat(sum.b)};
 }
 

@@ -9,6 +9,7 @@
 #include "datasets_synthetic/pixel_points.h"
 #include "lightfield/color.h"
 #include "lightfield/error.h"
+#include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
@@ -65,14 +66,16 @@ Image<Rgb> Develop(ImageSpan<const Rgb> light, const Sensor& sensor, std::uint64
   Require(sensor.gamma > 0 && std::isfinite(sensor.gamma), "gamma", sensor.gamma);
   Require(sensor.bits == 0 || (sensor.bits >= 8 && sensor.bits <= 16), "bits", sensor.bits);
   Image<Rgb> numbers(light.width, light.height);
-  std::uint64_t index = MixedHash(seed);
-  for (int y = 0; y < light.height; ++y) {
+  const std::uint64_t first = MixedHash(seed);
+  ParallelForEach(0, light.height, [&](std::int64_t row) {
+    const int y = static_cast<int>(row);
+    std::uint64_t index = first + 3 * static_cast<std::uint64_t>(row * light.width);
     for (int x = 0; x < light.width; ++x, index += 3) {
       const Rgb& l = light(x, y);
       numbers(x, y) = {Number(sensor, l.r, index), Number(sensor, l.g, index + 1),
                        Number(sensor, l.b, index + 2)};
     }
-  }
+  });
   return numbers;
 }
 

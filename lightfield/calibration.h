@@ -107,9 +107,9 @@ struct Calibration {
   std::vector<LayerCalibration> layers;  // as in the display: 0 is at the back
 };
 
-// As designed: panels in place, air gaps of d0, an sRGB response without black, n layers of gain
-// 1/n, reflected layers mirrored, lens sheets on their lattice, and what a relay magnifies as it is
-// seen: scale M - 1, gap M^2 d0, lens pitch M p.
+// As designed: panels in place, gaps of d0 times their index, an sRGB response without black, n
+// layers of gain 1/n, reflected layers mirrored, lens sheets on their lattice, and what a relay
+// magnifies as it is seen: scale M - 1, gap M^2 d0, lens pitch M p.
 Calibration DesignCalibration(const Display& display);
 
 // UsageError (one line naming layer, panel and field) where a number is not finite or not possible:

@@ -59,7 +59,10 @@ LayerCalibration LayerAsDesigned(const Display& display, const Layer& layer) {
   design.emitter.pitch_mm = display.pitch_mm;
   design.emitter.scale = layer.magnification - 1;
   design.emitter.mirror_x = layer.mirror_x;
-  design.gap_mm = layer.seen_d0_mm();
+  // A relay's image of the gap is in air, and lenses are described by their reduced gap.
+  const bool glass = std::holds_alternative<Barrier>(layer.optics) && layer.magnification == 1;
+  design.index = glass ? layer.index : 1;
+  design.gap_mm = layer.seen_d0_mm() * design.index;
   design.gain = 1 / static_cast<double>(display.layers.size());
   if (const auto* lenslets = std::get_if<LensletArray>(&layer.optics)) {
     design.lattice = LatticeOf(display, *lenslets);

@@ -66,6 +66,7 @@ struct Layer {
   // M of a relay through which the layer is seen: positions on the plane are M times as far from
   // the axis, slopes 1/M as steep. So its pixels appear to have the pitch M p, and its gap M^2 d0.
   double magnification = 1;
+  double index = 1;  // refractive, of what fills the gap, where it is known
 
   double seen_d0_mm() const { return magnification * magnification * d0_mm; }
   friend bool operator==(const Layer&, const Layer&) = default;

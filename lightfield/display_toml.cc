@@ -115,24 +115,22 @@ class Reader {
   std::string file_, name_;
 };
 
-// d0_mm, or gap_mm and the index of what fills the gap.
-double ReadGap(const Reader& layer, const std::string& where, const std::string& name) {
-  const std::optional<double> d0 = layer.Number("d0_mm"), gap = layer.Number("gap_mm");
-  const std::optional<double> index = layer.Number("index");
-  if (d0 && (gap || index)) {
-    throw UsageError(where, name + " has d0_mm beside gap_mm or index",
-                     "give d0_mm, or gap_mm with index");
+// d0_mm or gap_mm, and the index of what fills the gap.
+void ReadGap(const Reader& reader, const std::string& where, const std::string& name,
+             Layer& layer) {
+  const std::optional<double> d0 = reader.Number("d0_mm"), gap = reader.Number("gap_mm");
+  layer.index = reader.Number("index").value_or(1);
+  if (d0 && gap) {
+    throw UsageError(where, name + " has d0_mm beside gap_mm", "give one of the two");
   }
-  if (!gap) return layer.Need(d0, "d0_mm");
-  if (!(std::isfinite(*gap) && *gap > 0)) {
-    throw UsageError(where, fmt::format("{}: gap_mm = {}", name, *gap), "give millimetres above 0");
-  }
-  const double n = index.value_or(1);
-  if (!(n >= 1 && n <= 4)) {
-    throw UsageError(where, fmt::format("{}: index = {}", name, n),
+  if (!(layer.index >= 1 && layer.index <= 4)) {
+    throw UsageError(where, fmt::format("{}: index = {}", name, layer.index),
                      "give a refractive index from 1 to 4");
   }
-  return *gap / n;
+  layer.d0_mm = gap ? *gap / layer.index : reader.Need(d0, "d0_mm");
+  if (gap && !(std::isfinite(*gap) && *gap > 0)) {
+    throw UsageError(where, fmt::format("{}: gap_mm = {}", name, *gap), "give millimetres above 0");
+  }
 }
 
 Barrier ReadBarrier(const toml::table& table, const std::string& where, const std::string& layer) {
@@ -213,7 +211,7 @@ Layer ReadLayer(const toml::table& table, const std::string& where, std::size_t 
     layer.position_mm = reader.Need(reader.Number("position_mm"), "position_mm");
     layer.magnification = reader.Number("magnification").value_or(1);
   }
-  layer.d0_mm = ReadGap(reader, where, name);
+  ReadGap(reader, where, name, layer);
   layer.mirror_x = reader.Truth("mirror_x").value_or(false);
   layer.optics = ReadOptics(reader, where, name);
   return layer;
@@ -344,6 +342,7 @@ std::string ToToml(const Layer& layer, bool varifocal) {
   std::string text = "\n[[layer]]\n";
   if (!varifocal) text += fmt::format("position_mm = {}\n", layer.position_mm);
   text += fmt::format("d0_mm = {}\nmirror_x = {}\n", layer.d0_mm, layer.mirror_x);
+  if (layer.index != 1) text += fmt::format("index = {}\n", layer.index);
   if (!varifocal && layer.magnification != 1) {
     text += fmt::format("magnification = {}\n", layer.magnification);
   }

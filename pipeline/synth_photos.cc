@@ -114,8 +114,8 @@ void WritePhotograph(const fs::path& file, const Image<Rgb>& numbers,
 }
 
 PrototypeCamera CameraOf(const View& view, const SynthPhotosOptions& options) {
-  return {view.camera, view.camera_from_world, options.aperture_mm, options.focus_mm,
-          options.vignetting};
+  return {view.camera,      view.camera_from_world, options.aperture_mm,
+          options.focus_mm, options.vignetting,     options.blur_px};
 }
 
 Json SensorJson(const SynthPhotosOptions& options, const Sensor& sensor) {
@@ -123,6 +123,7 @@ Json SensorJson(const SynthPhotosOptions& options, const Sensor& sensor) {
                {"aperture_mm", options.aperture_mm},
                {"focus_mm", options.focus_mm},
                {"vignetting", options.vignetting},
+               {"blur_px", options.blur_px},
                {"exposure", sensor.exposure},
                {"full_well_e", sensor.full_well_e},
                {"read_noise_e", sensor.read_noise_e},
@@ -172,6 +173,8 @@ OptionTable Describe(SynthPhotosOptions& o) {
               "--focus-mm"),
        number("vignetting", "share of light lost in the corners", &o.vignetting, 0, 1,
               "--vignetting"),
+       number("blur_px", "sigma of the Gaussian by which the lens spreads light, px", &o.blur_px, 0,
+              50, "--blur-px"),
        number("exposure",
               "factor from light to full scale; else a layer's white emitters are white",
               &o.exposure, 1e-9, 1e9, "--exposure"),

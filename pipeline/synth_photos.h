@@ -27,6 +27,7 @@ struct SynthPhotosOptions {
 
   int samples = 64;  // lines of sight per pixel
   double aperture_mm = 0, focus_mm = 0, vignetting = 0;
+  double blur_px = 0;              // sigma of the lens's spread, beside the pupil's
   std::optional<double> exposure;  // not set: a layer with all emitters white is white
   double full_well_e = 0, read_noise_e = 0, pedestal = 0;
   std::string curve = "srgb";  // of the photographs: linear, srgb, gamma

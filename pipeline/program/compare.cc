@@ -1,11 +1,14 @@
-// lamella compare: images, poses, depth or layers against other ones or against truth.
+// lamella compare: images, poses, depth, calibrations or layers against other ones or against
+// truth.
 #include <limits>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "pipeline/calibration_record.h"
 #include "pipeline/capture/known_cameras.h"
+#include "pipeline/compare_calibration.h"
 #include "pipeline/compare_depth.h"
 #include "pipeline/compare_layers.h"
 #include "pipeline/compare_poses.h"
@@ -81,6 +84,29 @@ ExitCode CompareLayersOf(const Pair& pair, Progress& progress) {
   return ExitCode::kDone;
 }
 
+ExitCode CompareCalibrationOf(const Pair& pair, Progress&) {
+  const CalibrationComparison result =
+      CompareCalibrations(LoadCalibration(pair.a), LoadCalibration(pair.b));
+  fmt::print("{:<10} {:>12} {:>10} {:>13} {:>11} {:>9} {:>10} {:>13}\n", "stack", "shift mm",
+             "tilt deg", "rotation deg", "offset mm", "gap mm", "tilt deg", "rotation deg");
+  for (std::size_t i = 0; i < result.layers.size(); ++i) {
+    const LayerDifference& layer = result.layers[i];
+    fmt::print("layer {:<4} {:>12.4f} {:>10.5f} {:>13.5f} {:>11.4f} {:>9.4f} {:>10.5f} {:>13.5f}\n",
+               i, layer.stack_shift_mm, layer.stack_tilt_deg, layer.stack_rotation_deg,
+               layer.offset_mm, layer.gap_mm, layer.tilt_deg, layer.rotation_deg);
+  }
+  for (const PanelRays& panel : result.panels) {
+    fmt::print("rays to {}: {:.4f} px RMS, {:.4f} px at most\n", NameOf(panel.panel),
+               panel.rays.rms_px, panel.rays.max_px);
+  }
+  fmt::print(
+      "reference {}  gap_error_mm {:.5f}  tilt_error_deg {:.5f}  rotation_error_deg {:.5f}  "
+      "ray_rms_px {:.5f}  ray_max_px {:.5f}\n",
+      NameOf(result.reference), result.gap_mm, result.tilt_deg, result.rotation_deg,
+      result.rays.rms_px, result.rays.max_px);
+  return ExitCode::kDone;
+}
+
 // A pair of what to compare, and what compares it.
 void AddPair(CLI::App& parent, Invocation& invocation, const char* name, const char* help,
              const char* a, const char* b, ExitCode (*compare)(const Pair&, Progress&)) {
@@ -98,7 +124,8 @@ void AddPair(CLI::App& parent, Invocation& invocation, const char* name, const c
 
 void AddCompare(CLI::App& program, Invocation& invocation) {
   CLI::App& app = *program.add_subcommand(
-      "compare", "images, poses, depth or layers, against other ones or against truth");
+      "compare",
+      "images, poses, depth, calibrations or layers, against other ones or against truth");
   app.require_subcommand(1);
   AddCompareImages(app, invocation);
   AddPair(app, invocation, "poses",
@@ -111,6 +138,11 @@ void AddCompare(CLI::App& program, Invocation& invocation) {
           "W/depth/NAME.exr of a finished workspace W, or the folder W/depth",
           "true disparity, px per view step (PFM), or true depth (EXR, or a folder of them)",
           CompareDepthOf);
+  AddPair(app, invocation, "calibration",
+          "which pixels of the panels lie on one ray, over panel and eye box, and where the panels "
+          "are; in whatever frame each is",
+          "calibration.json", "another one of the same display, or the truth",
+          CompareCalibrationOf);
   AddPair(app, invocation, "layers",
           "what eyes in the clean eye box see of two workspaces' layers, placed alike",
           "a workspace whose layers are finished", "another one", CompareLayersOf);

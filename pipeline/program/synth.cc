@@ -11,6 +11,7 @@ void AddSynth(CLI::App& program, Invocation& invocation) {
   synth.require_subcommand(1);
   AddSynthScene(synth, invocation);
   AddSynthLayers(synth, invocation);
+  AddSynthMisalignment(synth, invocation);
   AddSynthPhotos(synth, invocation);
 }
 

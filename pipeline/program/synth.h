@@ -7,6 +7,7 @@ namespace lamella {
 
 void AddSynthScene(CLI::App& synth, Invocation& invocation);
 void AddSynthLayers(CLI::App& synth, Invocation& invocation);
+void AddSynthMisalignment(CLI::App& synth, Invocation& invocation);
 void AddSynthPhotos(CLI::App& synth, Invocation& invocation);
 
 }  // namespace lamella

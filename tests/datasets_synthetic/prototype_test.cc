@@ -247,6 +247,68 @@ TEST(Prototype, BlursAnEdgeByTheDiscOfConfusion) {
   EXPECT_NEAR(sharp(40, 30).g, 1, 1e-6);
 }
 
+// A lens that spreads light: an edge stays where it is, its derivative has the Gaussian's variance,
+// and no light is lost.
+TEST(Prototype, SpreadsAnEdgeByAGaussian) {
+  PrototypeCamera camera = Straight();
+  camera.blur_px = 1.3;
+  const Image<Rgb> photo = Photo(Bare([](int u, int) {
+                                   return u >= 20 ? Rgb{1, 1, 1} : Rgb();
+                                 }),
+                                 camera, 1);
+  double mean = 0, variance = 0;
+  for (int x = 30; x < 50; ++x) {
+    const double step =
+        static_cast<double>(photo(x, 30).g) - static_cast<double>(photo(x - 1, 30).g);
+    mean += step * x;  // the step between pixel centres x - 1/2 and x + 1/2 is at x
+    variance += step * (x - 40) * (x - 40);
+  }
+  EXPECT_NEAR(mean, 40, 1e-4);
+  EXPECT_NEAR(variance, 1.3 * 1.3, 0.005);
+  double sum = 0;
+  camera.blur_px = 4;
+  const Image<Rgb> point = Photo(Bare([](int u, int v) {
+                                   return u == 20 && v == 15 ? Rgb{1, 1, 1} : Rgb();
+                                 }),
+                                 camera, 1);
+  for (std::size_t i = 0; i < point.size(); ++i) sum += static_cast<double>(point.data()[i].g);
+  EXPECT_NEAR(sum, 4, 1e-4);  // of 2 x 2 camera pixels
+}
+
+// What follows from a pixel's corners against lines of sight, each traced: a stack that is tilted,
+// bowed, refracting and behind a distorting lens.
+TEST(Prototype, SeesBetweenAPixelsCornersWhatLinesOfSightSee) {
+  Prototype prototype = Bare([](int u, int v) { return Rgb{(u + v) % 2 ? 1.0F : 0.2F, 0.1F, 0}; });
+  LayerCalibration& layer = prototype.calibration.layers[0];
+  layer.modulator = layer.emitter;
+  layer.emitter.bow_mm = 0.4;
+  layer.gap_mm = 2;
+  layer.index = 1.5;
+  layer.rotation_rad = {0.01, -0.02, 0.05};
+  layer.display_from_stack.rotation =
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Vector3d(1, 2, 0.2).normalized()));
+  prototype.shown[0].modulator = {
+      Passing(layer.emitter, [](int u, int v) { return (u / 3 + v / 2) % 2 ? 1.0F : 0.25F; })};
+  PrototypeCamera camera = Straight();
+  camera.camera.model = CameraModel::kBrown;
+  camera.camera.distortion = {-0.3, 0.2, 0.002, -0.001, 0, 0, 0, 0};
+  constexpr int kSide = 24;
+  const Image<Rgb> photo = Photo(prototype, camera, 1024);
+  const Rigid display_from_camera = Inverse(camera.camera_from_display);
+  for (const auto& [x, y] : {std::pair(22, 18), {31, 40}, {40, 30}, {55, 21}, {3, 3}}) {
+    double sum = 0;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const auto direction = Unproject(
+          camera.camera,
+          {x + (i % kSide + 0.5) / kSide, y + (static_cast<double>(i / kSide) + 0.5) / kSide});
+      const Rgb light = LightAlong(prototype, display_from_camera.translation,
+                                   display_from_camera.rotation * *direction);
+      sum += static_cast<double>(light.r) / (kSide * kSide);
+    }
+    EXPECT_NEAR(photo(x, y).r, sum, 0.01) << x << ", " << y;
+  }
+}
+
 // One lit panel pixel, its centroid where the camera's model projects it.
 TEST(Prototype, BendsLinesAsTheLensDoes) {
   PrototypeCamera camera = Straight();

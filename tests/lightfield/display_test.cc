@@ -17,7 +17,7 @@ using ::testing::Not;
 
 Display TwoLayers() {
   Display display{"two", 24, 12, 0.3, 1, 600, true, 4, -4, {}};
-  display.layers = {{-10, 5, Barrier{6, 2, 3}, true}, {10, 5, Barrier{6, 2, 3}, false}};
+  display.layers = {{-10, 5, Barrier{6, 2, 3}, true}, {10, 5, Barrier{6, 2, 3}, false, 1, 1.5}};
   return display;
 }
 
