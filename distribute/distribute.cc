@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <utility>
 
 #include "distribute/accumulate.h"
 #include "distribute/assign.h"
+#include "distribute/calibrated_beams.h"
 #include "distribute/emitter_beams.h"
 #include "distribute/nodes.h"
+#include "lightfield/error.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -31,15 +35,53 @@ LayerWeights WeightsOf(const Display& display, const LayersOptions& options) {
   return {positions, options.border_mm.value_or(display.border_mm)};
 }
 
-std::vector<LayerBeams> EnclosingBeams(const Display& display, const LayersOptions& options) {
+std::vector<CalibratedMap> MapsOf(const Display& display, const Calibration* calibration) {
+  std::vector<CalibratedMap> maps;
+  if (calibration == nullptr) return maps;
+  for (std::size_t layer = 0; layer < display.layers.size(); ++layer) {
+    maps.emplace_back(display, *calibration, static_cast<int>(layer));
+  }
+  return maps;
+}
+
+std::vector<LayerBeams> EnclosingBeams(const Display& display,
+                                       const std::vector<CalibratedMap>& maps,
+                                       const LayersOptions& options) {
   const Directions directions =
       options.directions == "ideal" ? Directions::kIdeal : Directions::kTrue;
   std::vector<LayerBeams> beams(display.layers.size());
   ParallelForEach(0, static_cast<std::int64_t>(beams.size()), [&](std::int64_t layer) {
-    beams[static_cast<std::size_t>(layer)] =
-        EnclosingBeamsOf(display, static_cast<int>(layer), directions);
+    const std::size_t l = static_cast<std::size_t>(layer);
+    const int index = static_cast<int>(layer);
+    beams[l] = maps.empty() ? EnclosingBeamsOf(display, index, directions)
+                            : EnclosingBeamsOf(maps[l], display, index);
   });
   return beams;
+}
+
+// Emitters with beams of their own lie between those that enclose them.
+void WidenSamples(const Display& display, int samples_per_pixel, std::vector<SampleRange>& nodes) {
+  int emitters = 2;
+  for (const Layer& layer : display.layers) {
+    const double period_mm = LatticePitchMm(display, layer) * SlotsPerAxis(layer);
+    emitters =
+        std::max(emitters, 2 + static_cast<int>(period_mm / display.emitter_pitch_mm(layer)));
+  }
+  for (SampleRange& range : nodes) {
+    if (range.size() == 0) continue;
+    range.first -= emitters * samples_per_pixel;
+    range.end += emitters * samples_per_pixel;
+  }
+}
+
+NodeLattice NodesOf(const Display& display, const std::vector<LayerBeams>& beams, bool own_beams,
+                    const LayersOptions& options, Kernel kernel) {
+  NodeLattice nodes =
+      NodesFor(display, beams, options.nodes_per_step, options.samples_per_pixel, kernel);
+  if (own_beams) WidenSamples(display, options.samples_per_pixel, nodes.samples_x);
+  if (own_beams) WidenSamples(display, options.samples_per_pixel, nodes.samples_y);
+  nodes.scatter = options.scatter;
+  return nodes;
 }
 
 // Rows of emitters that are worked on at a time.
@@ -49,12 +91,14 @@ struct Strip {
 };
 
 // Bytes that a row of emitters takes in all layers while their light is summed up.
-double BytesPerRow(const Display& display) {
-  constexpr double kBeamBytes = 256;  // of an emitter's beam and its overlaps
+double BytesPerRow(const Display& display, bool own_beams) {
+  constexpr double kBeamBytes = 256;     // of an emitter's beam and its overlaps along a row
+  constexpr double kOwnBeamBytes = 512;  // along both axes
   double bytes = 0;
   for (const Layer& layer : display.layers) {
     const double k = SlotsPerAxis(layer), columns = EmitterColumns(display, layer);
-    bytes += columns * (k * k * sizeof(Light) + (HasRowFamilies(layer) ? kBeamBytes : 0));
+    bytes += columns * (k * k * (sizeof(Light) + (own_beams ? kOwnBeamBytes : 0)) +
+                        (HasRowFamilies(layer) ? kBeamBytes : 0));
   }
   return bytes;
 }
@@ -71,8 +115,8 @@ int BatchOf(const NodeLattice& nodes, const Strip& strip, const LayersOptions& o
   return static_cast<int>(std::clamp(fitting, 1.0, double{kMost}));
 }
 
-std::vector<Strip> StripsOf(const Display& display, double memory_gib) {
-  const double fitting = memory_gib / 4 * kGib / BytesPerRow(display);
+std::vector<Strip> StripsOf(const Display& display, bool own_beams, double memory_gib) {
+  const double fitting = memory_gib / 4 * kGib / BytesPerRow(display, own_beams);
   const int rows = display.emitter_rows();
   int step = rows;
   if (fitting < rows) step = std::max(1, static_cast<int>(fitting) / kBlockRows) * kBlockRows;
@@ -183,23 +227,39 @@ SeenRays CountSeen(const LayerBeams& beams, double layer_mm, const EmitterRows& 
   return count;
 }
 
+// The same of emitters with beams of their own; ways[row][column].
+enum class Way : std::uint8_t { kDark, kBesidePicture, kThroughPicture };
+SeenRays CountSeen(const std::vector<std::vector<Way>>& ways, const EmitterRows& rows,
+                   bool in_picture) {
+  SeenRays count;
+  for (std::size_t row = 0; row < ways.size(); ++row) {
+    const float* coverage = rows.emitters.coverage.row(static_cast<int>(row));
+    for (std::size_t column = 0; column < ways[row].size(); ++column) {
+      const Way way = ways[row][column];
+      if (way == Way::kDark || (in_picture && way == Way::kBesidePicture)) continue;
+      count.rays += 1;
+      count.seen += static_cast<double>(coverage[column]);
+    }
+  }
+  return count;
+}
+
 class Distributor {
  public:
-  Distributor(const RaySource& source, const Display& display, const LayersOptions& options)
+  Distributor(const RaySource& source, const Display& display, const LayersOptions& options,
+              const Calibration* calibration)
       : source_(source),
-        display_(display),
+        display_(calibration != nullptr ? AsCalibrated(display, *calibration) : display),
+        maps_(MapsOf(display_, calibration)),
         kernel_(KernelOf(options.kernel)),
-        weights_(WeightsOf(display, options)),
-        beams_(EnclosingBeams(display, options)),
-        nodes_(
-            NodesFor(display, beams_, options.nodes_per_step, options.samples_per_pixel, kernel_)),
-        strips_(StripsOf(display, options.memory_gib)),
+        weights_(WeightsOf(display_, options)),
+        beams_(EnclosingBeams(display_, maps_, options)),
+        nodes_(NodesOf(display_, beams_, !maps_.empty(), options, kernel_)),
+        strips_(StripsOf(display_, !maps_.empty(), options.memory_gib)),
         batch_(BatchOf(nodes_, strips_[0], options)),
         samples_(Index(batch_)),
-        layers_(display.layers.size()),
-        sums_(display.layers.size()) {
-    nodes_.scatter = options.scatter;
-  }
+        layers_(display_.layers.size()),
+        sums_(display_.layers.size()) {}
 
   SeenShares Run(const PictureSize& picture, const TakeEmitterRows& take, Progress& progress) {
     progress.Start("layers",
@@ -214,6 +274,8 @@ class Distributor {
   struct LayerStrip {
     LayerBeams beams;
     std::vector<ColumnPlaces> places;  // by slot along x
+    // By slot and row, of emitters with beams of their own.
+    std::vector<std::vector<std::vector<Way>>> ways;
   };
 
   // Beams and the nodes' rays that stand for them cross in the layer.
@@ -229,7 +291,47 @@ class Distributor {
                                      layer.overlaps.x);
   }
 
-  void Begin(const Strip& rows, int index, LayerStrip& strip, LayerSums& sums) const {
+  // One row of emitters with beams of their own.
+  void BeginOwnRow(int index, const PictureSize& picture, OwnOverlaps& own,
+                   std::vector<Way>& ways) const {
+    const double z = display_.layers[Index(index)].position_mm;
+    const RowOfBeams beams = BeamsOfRow(maps_[Index(index)], display_, index, own.slot, own.row);
+    own.x = OverlapsOf(beams.x, z, nodes_.aim, z, nodes_.x, nodes_.sample_x, kernel_);
+    // Rows are found by their columns.
+    std::vector<EmitterBeam> y = beams.y;
+    for (std::size_t i = 0; i < y.size(); ++i) y[i].emitter = beams.x[i].emitter;
+    own.y = OverlapsOf(y, z, nodes_.aim, z, nodes_.y, nodes_.sample_y, kernel_);
+    ways.assign(Index(EmitterColumns(display_, display_.layers[Index(index)])), Way::kDark);
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      const double element_z = z + y[i].offset_mm;
+      const bool within = PassesWithin(beams.x[i].beam, element_z, picture.width_mm) &&
+                          PassesWithin(y[i].beam, element_z, picture.height_mm);
+      ways[Index(y[i].emitter)] = within ? Way::kThroughPicture : Way::kBesidePicture;
+    }
+  }
+
+  void BeginOwn(const Strip& rows, int index, const PictureSize& picture, LayerStrip& strip,
+                LayerSums& sums) const {
+    const Layer& layer = display_.layers[Index(index)];
+    const int k = SlotsPerAxis(layer), slots = k * k;
+    ColumnPlaces in_order(Index(EmitterColumns(display_, layer)));
+    std::iota(in_order.begin(), in_order.end(), 0);
+    strip.places.assign(Index(k), in_order);
+    strip.ways.assign(Index(slots), std::vector<std::vector<Way>>(Index(rows.rows())));
+    sums.overlaps.own.resize(Index(slots * rows.rows()));
+    ParallelForEach(0, static_cast<std::int64_t>(slots) * rows.rows(), [&](std::int64_t i) {
+      OwnOverlaps& own = sums.overlaps.own[static_cast<std::size_t>(i)];
+      own.slot = static_cast<int>(i) / rows.rows();
+      const int row = static_cast<int>(i) % rows.rows();
+      own.row = rows.first_row + row;
+      BeginOwnRow(index, picture, own, strip.ways[Index(own.slot)][Index(row)]);
+    });
+    BeginSums(rows, layer, sums.sums);
+  }
+
+  void Begin(const Strip& rows, int index, const PictureSize& picture, LayerStrip& strip,
+             LayerSums& sums) const {
+    if (!maps_.empty()) return BeginOwn(rows, index, picture, strip, sums);
     const Layer& layer = display_.layers[Index(index)];
     if (HasRowFamilies(layer)) {
       strip.beams = BeamsOf(display_, index, rows.first_row, rows.end_row);
@@ -270,13 +372,13 @@ class Distributor {
                 Progress& progress) {
     ParallelForEach(0, static_cast<std::int64_t>(layers_.size()), [&](std::int64_t layer) {
       const std::size_t l = static_cast<std::size_t>(layer);
-      Begin(strip, static_cast<int>(layer), layers_[l], sums_[l]);
+      Begin(strip, static_cast<int>(layer), picture, layers_[l], sums_[l]);
     });
-    std::vector<const AxisOverlaps*> rows;
-    for (const LayerSums& layer : sums_) rows.push_back(&layer.overlaps.y);
+    std::vector<SampleRange> rows(Index(nodes_.y.count));
+    for (int node_y = 0; node_y < nodes_.y.count; ++node_y) rows[Index(node_y)] = RowsFor(node_y);
     MakeRoom(rows);
     for (int node_y = 0; node_y < nodes_.y.count; ++node_y) {
-      const SampleRange y = SamplesOf(rows, node_y);
+      const SampleRange& y = rows[Index(node_y)];
       for (int node_x = 0; node_x < nodes_.x.count; node_x += batch_) {
         AddNodes(node_x, std::min(node_x + batch_, nodes_.x.count), node_y, y);
         progress.Advance(std::min(batch_, nodes_.x.count - node_x));
@@ -287,13 +389,23 @@ class Distributor {
     }
   }
 
+  // The rows of samples that the strip needs at a node.
+  SampleRange RowsFor(int node_y) const {
+    std::vector<const AxisOverlaps*> axes;
+    for (const LayerSums& layer : sums_) {
+      if (maps_.empty()) axes.push_back(&layer.overlaps.y);
+      for (const OwnOverlaps& own : layer.overlaps.own) axes.push_back(&own.y);
+    }
+    const SampleRange needed = SamplesOf(axes, node_y), &all = nodes_.samples_y[Index(node_y)];
+    const SampleRange rows{std::max(needed.first, all.first), std::min(needed.end, all.end)};
+    return rows.size() > 0 ? rows : SampleRange{};
+  }
+
   // For a batch of any nodes.
-  void MakeRoom(const std::vector<const AxisOverlaps*>& rows) {
+  void MakeRoom(const std::vector<SampleRange>& rows) {
     int width = 0, height = 0;
     for (const SampleRange& x : nodes_.samples_x) width = std::max(width, x.size());
-    for (int node = 0; node < nodes_.y.count; ++node) {
-      height = std::max(height, SamplesOf(rows, node).size());
-    }
+    for (const SampleRange& y : rows) height = std::max(height, y.size());
     for (Image<RaySample>& room : samples_) {
       if (room.width() < width || room.height() < height) room = Image<RaySample>(width, height);
     }
@@ -332,8 +444,13 @@ class Distributor {
       EmitterRows rows{layer, static_cast<int>(s), sums.first_row,
                        Normalised(sums.slots[slot], strip.places[slot % Index(k)])};
       if (strips_.size() == 1) sums.slots[slot] = {};
-      all[slot] = CountSeen(strip.beams, z, rows, k, {});
-      in_picture[slot] = CountSeen(strip.beams, z, rows, k, picture);
+      if (maps_.empty()) {
+        all[slot] = CountSeen(strip.beams, z, rows, k, {});
+        in_picture[slot] = CountSeen(strip.beams, z, rows, k, picture);
+      } else {
+        all[slot] = CountSeen(strip.ways[slot], rows, false);
+        in_picture[slot] = CountSeen(strip.ways[slot], rows, true);
+      }
       if (subpixels) rows.emitters = Joined(rows.emitters);
       take(std::move(rows));
     });
@@ -342,7 +459,8 @@ class Distributor {
   }
 
   const RaySource& source_;
-  const Display& display_;
+  const Display display_;
+  const std::vector<CalibratedMap> maps_;  // of its layers; none: as designed
   const Kernel kernel_;
   const LayerWeights weights_;
   const std::vector<LayerBeams> beams_;
@@ -358,13 +476,22 @@ class Distributor {
 }  // namespace
 
 SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,
-                      const PictureSize& picture, const TakeEmitterRows& take, Progress& progress) {
+                      const PictureSize& picture, const TakeEmitterRows& take, Progress& progress,
+                      const Calibration* calibration) {
   Check(display, display.name);
-  return Distributor(source, display, options).Run(picture, take, progress);
+  if (calibration != nullptr) {
+    CheckCalibrates(*calibration, display, "calibration");
+    if (options.directions != "true") {
+      throw UsageError("--layers-directions", "a calibrated display has no ideal directions",
+                       "leave it at \"true\"");
+    }
+  }
+  return Distributor(source, display, options, calibration).Run(picture, take, progress);
 }
 
 LayerImages Distribute(const RaySource& source, const Display& display,
-                       const LayersOptions& options, Progress& progress) {
+                       const LayersOptions& options, Progress& progress,
+                       const Calibration* calibration) {
   LayersOptions at_once = options;
   at_once.memory_gib = std::numeric_limits<double>::infinity();
   LayerImages images;
@@ -374,7 +501,7 @@ LayerImages Distribute(const RaySource& source, const Display& display,
   const TakeEmitterRows take = [&](EmitterRows rows) {
     images.slots[Index(rows.layer)][Index(rows.slot)] = std::move(rows.emitters);
   };
-  images.seen_share = Distribute(source, display, at_once, {}, take, progress).of_all;
+  images.seen_share = Distribute(source, display, at_once, {}, take, progress, calibration).of_all;
   return images;
 }
 
@@ -416,6 +543,14 @@ OptionTable Describe(LayersOptions& options) {
         {},
         {},
         {"true", "ideal"}},
+       {"calibration",
+        "calibration.json of the display (from `lamella calibrate`): where its panels really are; "
+        "else as designed",
+        &options.calibration,
+        {},
+        {},
+        {},
+        "--calibration"},
        {"scatter", "scatter directions and rays within their cells (low discrepancy)",
         &options.scatter},
        {"border_mm",

@@ -66,7 +66,8 @@ AimRange AimsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPl
 
 // `layer_mm`: the modulating plane. `content_mm`: the plane on which a beam's line and the node's
 // ray that stands for it cross. Exact for content there; elsewhere a line is off by at most half a
-// cell's parallax, and by none on average over the cell.
+// cell's parallax, and by none on average over the cell. A beam whose element stands offset_mm in
+// front of the layer's plane takes both planes with it.
 AxisOverlaps OverlapsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPlane& aim,
                         double content_mm, const NodeAxis& nodes, const SampleAxis& samples,
                         Kernel kernel = Kernel::kBeam);

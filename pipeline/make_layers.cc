@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include "distribute/displays.h"
+#include "lightfield/calibrated_map.h"
+#include "pipeline/calibration_record.h"
 #include "pipeline/emitter_files.h"
 
 namespace lamella {
@@ -15,6 +17,7 @@ StageReport Report(const LayersRecord& record, const std::string& note) {
   StageReport report;
   report.summary = {
       {"display", record.display.name},
+      {"panels", record.calibration ? "as calibrated" : "as designed"},
       {"reference view", p.reference_view},
       {"depth", fmt::format("{:.4g} to {:.4g} shown at {:+.1f} to {:+.1f} mm", p.near, p.far,
                             p.near_mm, p.far_mm)},
@@ -40,6 +43,13 @@ Display DisplayFor(const LayersOptions& options) {
   return display;
 }
 
+std::optional<Calibration> CalibrationFor(const LayersOptions& options, const Display& display) {
+  if (options.calibration.empty()) return std::nullopt;
+  Calibration calibration = LoadCalibration(options.calibration);
+  CheckCalibrates(calibration, display, options.calibration);
+  return calibration;
+}
+
 StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord record,
                        const LayersOptions& options, const std::string& note, StageRun& run,
                        Progress& progress) {
@@ -47,7 +57,8 @@ StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord reco
   EmitterFiles files(run.folder(), record.display);
   const SeenShares seen = Distribute(
       *Placed(*world, record.placement), record.display, options, picture,
-      [&](const EmitterRows& rows) { files.Write(rows); }, progress);
+      [&](const EmitterRows& rows) { files.Write(rows); }, progress,
+      record.calibration ? &*record.calibration : nullptr);
   world.reset();
   record.seen_share = seen.of_all;
   record.seen_share_in_picture = seen.of_picture;

@@ -68,6 +68,11 @@ PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display
   return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
 }
 
+PreviewPicture RenderSimulated(const CalibratedEyes& display, const Eye& eye) {
+  EyePicture seen = display.See(eye);
+  return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
+}
+
 void LoseColor(PreviewPicture& picture) {
   Image<Rgb> light = DecodeSrgb8(picture.codes.span());
   for (std::size_t i = 0; i < light.size(); ++i) {

@@ -11,6 +11,7 @@
 #include "lightfield/image.h"
 #include "lightfield/ray_source.h"
 #include "lightfield/view.h"
+#include "pipeline/calibrated_eyes.h"
 #include "pipeline/preview_eyes.h"
 
 namespace lamella {
@@ -26,6 +27,7 @@ struct PreviewPicture {
 // rays.
 PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye, double mm_per_view_px);
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye);
+PreviewPicture RenderSimulated(const CalibratedEyes& display, const Eye& eye);
 // Every pixel becomes the grey of its luminance.
 void LoseColor(PreviewPicture& picture);
 // A captured view on the raster of its eye.
