@@ -79,10 +79,10 @@ int ReportParseError(const CLI::App& program, const CLI::ParseError& error) {
 // is told otherwise. What matters of a solution stands in its report.
 void SilenceSolverLog(bool verbose) {
   google::InitGoogleLogging("lamella");
-  for (const auto severity : {GLOG_INFO, GLOG_WARNING, GLOG_ERROR}) {
+  for (const auto severity : {google::GLOG_INFO, google::GLOG_WARNING, google::GLOG_ERROR}) {
     google::SetLogDestination(severity, "");
   }
-  FLAGS_stderrthreshold = verbose ? GLOG_WARNING : GLOG_FATAL;
+  FLAGS_stderrthreshold = verbose ? google::GLOG_WARNING : google::GLOG_FATAL;
 }
 
 ExitCode RunGuarded(const Invocation& invocation) {

@@ -117,7 +117,7 @@ class Grid(Same):
         times = {stage: (workspace / stage / "stage.json").stat().st_mtime_ns for stage in STAGES}
         truth["layers"][0]["emitter_offset_mm"] = [0.1, 0.3]
         calibration.write_text(json.dumps(truth))
-        self.assertRegex(run("status", workspace).out, r"depth +done[\s\S]*layers +stale[\s\S]*frames +stale")
+        self.assertRegex(run("status", workspace).out, r"depth +done[\s\S]*layers +out of date[\s\S]*frames +out of date")
         second = self.complete(workspace)
         after = {stage: (workspace / stage / "stage.json").stat().st_mtime_ns for stage in STAGES}
         self.assertEqual([s for s in STAGES if times[s] != after[s]], ["layers", "frames", "preview"])
