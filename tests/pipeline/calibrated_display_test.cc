@@ -29,8 +29,8 @@ constexpr double kViewerMm = 600;
 Display SmallPrototype() {
   Display display;
   display.name = "small";
-  display.width_px = 240;
-  display.height_px = 180;
+  display.width_px = 160;
+  display.height_px = 120;
   display.pitch_mm = 0.3113158871666749;
   display.viewing_distance_mm = kViewerMm;
   display.border_mm = 4;
@@ -87,9 +87,9 @@ std::vector<Eye> NewPositions() {
        {std::pair(0.0, 0.0), {-31.0, 12.0}, {27.0, -19.0}, {13.0, 33.0}, {-22.0, -28.0}}) {
     Eye eye;
     eye.position = {x, y, kViewerMm};
-    eye.pixel_mm = 1.2;
-    eye.width = 30;
-    eye.height = 20;
+    eye.pixel_mm = 0.9;
+    eye.width = 26;
+    eye.height = 18;
     eye.left_mm = -eye.width * eye.pixel_mm / 2;
     eye.top_mm = eye.height * eye.pixel_mm / 2;
     eyes.push_back(eye);
@@ -180,7 +180,7 @@ Prototype WarpedByHomographies(Prototype prototype, const Display& display, bool
     std::array<std::vector<Vector2d>, 4> pixels;  // emitter, its ideal, modulator, its ideal
     for (int i = -8; i <= 8; ++i) {
       for (int j = -8; j <= 8; ++j) {
-        const Vector3d direction = Vector3d(4.0 * i, 3.0 * j, 0) - viewer;
+        const Vector3d direction = Vector3d(2.0 * i, 1.5 * j, 0) - viewer;
         const auto at = real.Seen(viewer, direction), should = ideal.Seen(viewer, direction);
         pixels[0].push_back(at->emitter);
         pixels[1].push_back(should->emitter);
@@ -224,7 +224,7 @@ Errors ErrorsOf(std::uint32_t seed, double size_mm, double size_deg) {
 }
 
 TEST(CalibratedDisplay, ShowsTheSceneFromNewPositionsThoughItsPanelsStandAskew) {
-  const Errors errors = ErrorsOf(1, 8, 3);
+  const Errors errors = ErrorsOf(1, 6, 3);
   const std::string figures = "corrected " + std::to_string(errors.corrected) + " uncorrected " +
                               std::to_string(errors.uncorrected) + " a homography per layer " +
                               std::to_string(errors.per_layer) + " per panel " +

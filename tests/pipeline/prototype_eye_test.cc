@@ -7,6 +7,7 @@
 
 #include "distribute/simulate_eye.h"
 #include "lightfield/calibration.h"
+#include "pipeline/calibrated_eyes.h"
 #include "tests/pipeline/prototype_view.h"
 
 namespace lamella {
@@ -95,6 +96,40 @@ TEST(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
     Eye beside = eye;
     beside.left_mm += eye.pixel_mm;
     EXPECT_LT(agreement(beside), 25);
+  }
+}
+
+// The preview's eyes before a calibrated display, where the calibration says that it is as
+// designed; with emitters of which nothing is known.
+TEST(CalibratedEyes, SeeWhatSimulatedEyesSeeOfADisplayAsDesigned) {
+  LayersRecord record;
+  record.display = SmallPrototype();
+  record.calibration = DesignCalibration(record.display);
+  // Light that two panels share unequally is made up for.
+  record.calibration->layers[0].gain = 0.7;
+  LayerImages layers = Emitters(record.display);
+  for (EmitterImage& slot : layers.slots[1]) {
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < record.display.width_px; ++x) {
+        slot.color(x, y) = {};
+        slot.coverage(x, y) = 0;
+      }
+    }
+  }
+  Eye eye;
+  eye.position = {12, -7, 600};
+  eye.pixel_mm = 4 * record.display.pitch_mm;
+  eye.width = 50;
+  eye.height = 34;
+  eye.left_mm = -eye.width * eye.pixel_mm / 2;
+  eye.top_mm = eye.height * eye.pixel_mm / 2;
+  const EyePicture expected = SimulateEye(layers, record.display, eye);
+  const EyePicture seen = CalibratedEyes(record, layers).See(eye, 64);
+  EXPECT_GT(PsnrDb(expected.color, seen.color, 1), 40);
+  for (int y = 0; y < eye.height; ++y) {
+    for (int x = 0; x < eye.width; ++x) {
+      EXPECT_NEAR(seen.coverage(x, y), expected.coverage(x, y), 0.15) << x << " " << y;
+    }
   }
 }
 
