@@ -44,7 +44,7 @@ Calibration Misaligned(const Display& display, std::uint32_t seed) {
   Calibration calibration = DesignCalibration(display);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> number(-1, 1);
-  const auto vector = [&](double size) {
+  const auto vector = [&](double size) -> Vector3d {
     return size * Vector3d(number(random), number(random), number(random));
   };
   for (LayerCalibration& layer : calibration.layers) {

@@ -124,7 +124,7 @@ TEST(CalibratedEyes, SeeWhatSimulatedEyesSeeOfADisplayAsDesigned) {
   eye.left_mm = -eye.width * eye.pixel_mm / 2;
   eye.top_mm = eye.height * eye.pixel_mm / 2;
   const EyePicture expected = SimulateEye(layers, record.display, eye);
-  const EyePicture seen = CalibratedEyes(record, layers).See(eye, 64);
+  const EyePicture seen = CalibratedEyes(record, layers).See(eye, 256);
   EXPECT_GT(PsnrDb(expected.color, seen.color, 1), 40);
   for (int y = 0; y < eye.height; ++y) {
     for (int x = 0; x < eye.width; ++x) {
