@@ -1,6 +1,8 @@
 #include "distribute/calibrated_beams.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -10,7 +12,7 @@
 namespace lamella {
 namespace {
 
-constexpr int kEnclosingStep = 16;     // rows and columns that stand for those between
+constexpr int kEnclosingStep = 64;     // rows and columns that stand for those between
 constexpr double kEnclosingWidth = 3;  // of emitters, so that one more direction is enclosed
 
 std::size_t Index(int i) { return static_cast<std::size_t>(i); }
@@ -36,11 +38,12 @@ void AddBeams(const CalibratedMap& map, const Display& display, int layer, int s
   }
 }
 
-// Every few indices, the last one too.
-std::vector<int> Few(int count) {
+// Runs of `run` indices every few, and the last ones.
+std::vector<int> Few(int count, int run) {
   std::vector<int> few;
-  for (int i = 0; i < count; i += kEnclosingStep) few.push_back(i);
-  if (few.back() != count - 1) few.push_back(count - 1);
+  for (int i = 0; i < count; ++i) {
+    if (i % kEnclosingStep < run || i >= count - run) few.push_back(i);
+  }
   return few;
 }
 
@@ -84,6 +87,10 @@ void AddNode(const NodeSamples& node, const Image<Light>& light, int node_y, con
 
 }  // namespace
 
+double PeriodPx(const Display& display, const Layer& layer) {
+  return LatticePitchMm(display, layer) * SlotsPerAxis(layer) / display.emitter_pitch_mm(layer);
+}
+
 RowOfBeams BeamsOfRow(const CalibratedMap& map, const Display& display, int layer, int slot,
                       int row) {
   RowOfBeams beams;
@@ -96,17 +103,16 @@ RowOfBeams BeamsOfRow(const CalibratedMap& map, const Display& display, int laye
 LayerBeams EnclosingBeamsOf(const CalibratedMap& map, const Display& display, int layer) {
   LayerBeams enclosing;
   enclosing.columns.resize(1);
-  RowOfBeams rows, columns;
-  for (int slot = 0; slot < map.slots_per_axis() * map.slots_per_axis(); ++slot) {
-    for (const int row : Few(display.emitter_rows())) {
-      for (int column = 0; column < display.emitter_columns(); ++column) {
-        AddBeams(map, display, layer, slot, column, row, rows);
-      }
+  const int run = 1 + static_cast<int>(std::ceil(PeriodPx(display, display.layers[Index(layer)])));
+  RowOfBeams rows, columns;  // of the first slot: others' openings are less than a period away
+  for (const int row : Few(display.emitter_rows(), run)) {
+    for (int column = 0; column < display.emitter_columns(); ++column) {
+      AddBeams(map, display, layer, 0, column, row, rows);
     }
-    for (const int column : Few(display.emitter_columns())) {
-      for (int row = 0; row < display.emitter_rows(); ++row) {
-        AddBeams(map, display, layer, slot, column, row, columns);
-      }
+  }
+  for (const int column : Few(display.emitter_columns(), run)) {
+    for (int row = 0; row < display.emitter_rows(); ++row) {
+      AddBeams(map, display, layer, 0, column, row, columns);
     }
   }
   enclosing.columns[0] = std::move(rows.x);

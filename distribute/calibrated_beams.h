@@ -18,8 +18,11 @@ struct RowOfBeams {
 RowOfBeams BeamsOfRow(const CalibratedMap& map, const Display& display, int layer, int slot,
                       int row);
 
-// Beams of every few rows and columns, a little wider than they are: what aims and samples others
-// need is at most a period of emitters beyond what these need.
+// Emitters from opening to opening of one slot, or from lens to lens along a row.
+double PeriodPx(const Display& display, const Layer& layer);
+
+// Beams of periods of rows and columns here and there, a little wider than they are: what aims and
+// samples others need is at most a period of emitters beyond what these need.
 LayerBeams EnclosingBeamsOf(const CalibratedMap& map, const Display& display, int layer);
 
 // Adds the nodes' samples, as a layer takes them, to emitters with overlaps of their own; samples

@@ -63,9 +63,7 @@ std::vector<LayerBeams> EnclosingBeams(const Display& display,
 void WidenSamples(const Display& display, int samples_per_pixel, std::vector<SampleRange>& nodes) {
   int emitters = 2;
   for (const Layer& layer : display.layers) {
-    const double period_mm = LatticePitchMm(display, layer) * SlotsPerAxis(layer);
-    emitters =
-        std::max(emitters, 2 + static_cast<int>(period_mm / display.emitter_pitch_mm(layer)));
+    emitters = std::max(emitters, 2 + static_cast<int>(PeriodPx(display, layer)));
   }
   for (SampleRange& range : nodes) {
     if (range.size() == 0) continue;

@@ -155,6 +155,7 @@ AxisOverlaps OverlapsOf(std::span<const EmitterBeam> beams, double layer_mm, con
                         Kernel kernel) {
   AxisOverlaps overlaps;
   overlaps.nodes.resize(static_cast<std::size_t>(nodes.count));
+  if (nodes.count == 0) return overlaps;
   const auto node_of = [&](double a) {
     return std::clamp(static_cast<int>(std::floor((a - nodes.first) / nodes.step + 0.5)), 0,
                       nodes.count - 1);
