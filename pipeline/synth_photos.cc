@@ -153,7 +153,7 @@ OptionTable Describe(SynthPhotosOptions& o) {
        text(
            "misalignment",
            "calibration.json of what it really is; else that of the frames' layers, or as designed",
-           &o.misalignment, "--misalignment"),
+           &o.misalignment, "--misalignment,--calibration"),
        text("frames", "a workspace's frames/ that it shows", &o.frames, "--frames"),
        text("shots", "a file of pictures that it shows in turn", &o.shots, "--shots"),
        text("cameras", "transforms.json of cameras in the display's frame, mm", &o.cameras,
