@@ -91,7 +91,7 @@ struct Strip {
 // Bytes that a row of emitters takes in all layers while their light is summed up.
 double BytesPerRow(const Display& display, bool own_beams) {
   constexpr double kBeamBytes = 256;     // of an emitter's beam and its overlaps along a row
-  constexpr double kOwnBeamBytes = 512;  // along both axes
+  constexpr double kOwnBeamBytes = 288;  // along both axes, where layers' gaps are alike
   double bytes = 0;
   for (const Layer& layer : display.layers) {
     const double k = SlotsPerAxis(layer), columns = EmitterColumns(display, layer);
@@ -299,6 +299,10 @@ class Distributor {
     std::vector<EmitterBeam> y = beams.y;
     for (std::size_t i = 0; i < y.size(); ++i) y[i].emitter = beams.x[i].emitter;
     own.y = OverlapsOf(y, z, nodes_.aim, z, nodes_.y, nodes_.sample_y, kernel_);
+    for (AxisOverlaps* axis : {&own.x, &own.y}) {  // they are kept, and many
+      axis->weights.shrink_to_fit();
+      for (std::vector<Overlap>& node : axis->nodes) node.shrink_to_fit();
+    }
     ways.assign(Index(EmitterColumns(display_, display_.layers[Index(index)])), Way::kDark);
     for (std::size_t i = 0; i < y.size(); ++i) {
       const double element_z = z + y[i].offset_mm;

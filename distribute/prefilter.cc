@@ -113,8 +113,9 @@ void AddOverlap(const Polygon& part, double beam_area, const SampleAxis& samples
   const auto sample_of = [&](double position) {
     return static_cast<int>(std::floor((position - samples.origin_mm) / samples.size_mm));
   };
-  Overlap overlap{beam.slot, beam.emitter,           beam.family, sample_of(span.min),
-                  0,         overlaps.weights.size()};
+  Overlap overlap{beam.slot,   beam.emitter,
+                  beam.family, sample_of(span.min),
+                  0,           static_cast<std::uint32_t>(overlaps.weights.size())};
   const int last = sample_of(span.max);
   // Corners that left their strip by rounding must not make a sample of no weight.
   constexpr double kNegligible = 1e-9;

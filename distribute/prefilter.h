@@ -9,7 +9,7 @@
 // beam.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -35,7 +35,7 @@ struct Overlap {
   int slot = 0, emitter = 0, family = 0;  // the beam's
   int first_sample = 0;
   int num_samples = 0;
-  std::size_t weights = 0;  // index of its num_samples weights in AxisOverlaps::weights
+  std::uint32_t weights = 0;  // index of its num_samples weights in AxisOverlaps::weights
 };
 
 // Over which lines an emitter's light is averaged.
