@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "distribute/accumulate_kernels.h"
+#include "distribute/calibrated_beams.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -188,8 +189,13 @@ void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWe
 void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
                 std::span<LayerSums> layers) {
   std::vector<Band> bands;
-  for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-    AddBands(static_cast<int>(layer), layers[layer], node_y, bands);
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    const int layer = static_cast<int>(l);
+    if (layers[l].overlaps.own.empty()) {
+      AddBands(layer, layers[l], node_y, bands);
+    } else {
+      AccumulateOwn(nodes, node_y, weights, layer, layers[l]);
+    }
   }
   // Bands of the same samples after each other.
   std::stable_sort(bands.begin(), bands.end(), [](const Band& a, const Band& b) {

@@ -26,10 +26,19 @@ struct EmitterSums {
   std::vector<Image<Light>> slots;
 };
 
-// What a layer takes of a scene's rays.
+// Of a row of emitters in a slot (both axes' number, as in EmitterSums) that have beams of their
+// own along both axes (distribute/calibrated_beams.h); Overlap::emitter is their column.
+struct OwnOverlaps {
+  int slot = 0, row = 0;
+  AxisOverlaps x, y;
+};
+
+// What a layer takes of a scene's rays: a product of axes, or emitters' own overlaps.
 struct LayerOverlaps {
-  std::vector<AxisOverlaps> x;  // by family of columns
-  AxisOverlaps y;               // of the rows of the sums
+  std::vector<AxisOverlaps> x;   // by family of columns
+  AxisOverlaps y;                // of the rows of the sums
+  std::vector<OwnOverlaps> own;  // instead of x and y
+  Image<Light> taken;            // room for what is taken of a node's samples
 };
 
 // A node's samples; the first one has these indices on the sample lattice.

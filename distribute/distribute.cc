@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <utility>
 
 #include "distribute/accumulate.h"
 #include "distribute/assign.h"
+#include "distribute/calibrated_beams.h"
 #include "distribute/emitter_beams.h"
 #include "distribute/nodes.h"
+#include "distribute/seen_rays.h"
 #include "distribute/strips.h"
+#include "lightfield/error.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -31,15 +36,53 @@ LayerWeights WeightsOf(const Display& display, const LayersOptions& options) {
   return {positions, options.border_mm.value_or(display.border_mm)};
 }
 
-std::vector<LayerBeams> EnclosingBeams(const Display& display, const LayersOptions& options) {
+std::vector<CalibratedMap> MapsOf(const Display& display, const Calibration* calibration) {
+  std::vector<CalibratedMap> maps;
+  if (calibration == nullptr) return maps;
+  for (std::size_t layer = 0; layer < display.layers.size(); ++layer) {
+    maps.emplace_back(display, *calibration, static_cast<int>(layer));
+  }
+  return maps;
+}
+
+std::vector<LayerBeams> EnclosingBeams(const Display& display,
+                                       const std::vector<CalibratedMap>& maps,
+                                       const LayersOptions& options) {
   const Directions directions =
       options.directions == "ideal" ? Directions::kIdeal : Directions::kTrue;
   std::vector<LayerBeams> beams(display.layers.size());
   ParallelForEach(0, static_cast<std::int64_t>(beams.size()), [&](std::int64_t layer) {
-    beams[static_cast<std::size_t>(layer)] =
-        EnclosingBeamsOf(display, static_cast<int>(layer), directions);
+    const std::size_t l = static_cast<std::size_t>(layer);
+    const int index = static_cast<int>(layer);
+    beams[l] = maps.empty() ? EnclosingBeamsOf(display, index, directions)
+                            : EnclosingBeamsOf(maps[l], display, index);
   });
   return beams;
+}
+
+constexpr double kGib = 1073741824;
+
+// Emitters with beams of their own lie between those that enclose them.
+void WidenSamples(const Display& display, int samples_per_pixel, std::vector<SampleRange>& nodes) {
+  int emitters = 2;
+  for (const Layer& layer : display.layers) {
+    emitters = std::max(emitters, 2 + static_cast<int>(PeriodPx(display, layer)));
+  }
+  for (SampleRange& range : nodes) {
+    if (range.size() == 0) continue;
+    range.first -= emitters * samples_per_pixel;
+    range.end += emitters * samples_per_pixel;
+  }
+}
+
+NodeLattice NodesOf(const Display& display, const std::vector<LayerBeams>& beams, bool own_beams,
+                    const LayersOptions& options) {
+  NodeLattice nodes = NodesFor(display, beams, options.nodes_per_step, options.samples_per_pixel,
+                               KernelOf(options.kernel));
+  if (own_beams) WidenSamples(display, options.samples_per_pixel, nodes.samples_x);
+  if (own_beams) WidenSamples(display, options.samples_per_pixel, nodes.samples_y);
+  nodes.scatter = options.scatter;
+  return nodes;
 }
 
 // places[column]: of the column in a row of sums.
@@ -107,77 +150,21 @@ EmitterImage Joined(const EmitterImage& subpixels) {
   return image;
 }
 
-// Rays and the coverage that they have in all.
-struct SeenRays {
-  double rays = 0, seen = 0;
-  double Share() const { return rays > 0 ? seen / rays : 0; }
-  void Add(const SeenRays& more) {
-    rays += more.rays;
-    seen += more.seen;
-  }
-};
-
-bool PassesWithin(const AxisBeam& beam, double layer_mm, double size_mm) {
-  return std::abs(beam.At(-layer_mm)) <= size_mm / 2;
-}
-
-// Counts the emitters of a slot that have a ray through the picture.
-class SeenCounter {
- public:
-  SeenCounter(const LayerBeams& beams, double layer_mm, int slot, int slots_per_axis,
-              const PictureSize& picture)
-      : beams_(beams),
-        layer_mm_(layer_mm),
-        slot_y_(slot / slots_per_axis),
-        height_mm_(picture.height_mm),
-        columns_(beams.columns.size()) {
-    for (std::size_t family = 0; family < columns_.size(); ++family) {
-      for (const EmitterBeam& column : beams.columns[family]) {
-        if (column.slot != slot % slots_per_axis) continue;
-        if (!PassesWithin(column.beam, layer_mm, picture.width_mm)) continue;
-        columns_[family].push_back(column.emitter);
-      }
-    }
-  }
-
-  // Rows of the panel from first_row on.
-  void Add(int first_row, const Image<float>& coverage, SeenRays& count) const {
-    for (const EmitterBeam& row : beams_.rows) {
-      const int y = row.emitter - first_row;
-      if (row.slot != slot_y_ || y < 0 || y >= coverage.height()) continue;
-      if (!PassesWithin(row.beam, layer_mm_, height_mm_)) continue;
-      const float* of_row = coverage.row(y);
-      for (const int column : columns_[Index(row.family)]) {
-        count.seen += static_cast<double>(of_row[column]);
-      }
-      count.rays += static_cast<double>(columns_[Index(row.family)].size());
-    }
-  }
-
- private:
-  const LayerBeams& beams_;
-  double layer_mm_;
-  int slot_y_;
-  double height_mm_;
-  std::vector<std::vector<int>> columns_;  // by family
-};
-
 class Distributor {
  public:
-  Distributor(const RaySource& source, const Display& display, const LayersOptions& options)
+  Distributor(const RaySource& source, const Display& display, const LayersOptions& options,
+              const Calibration* calibration)
       : source_(source),
-        display_(display),
+        display_(calibration != nullptr ? AsCalibrated(display, *calibration) : display),
+        maps_(MapsOf(display_, calibration)),
         kernel_(KernelOf(options.kernel)),
-        weights_(WeightsOf(display, options)),
-        beams_(EnclosingBeams(display, options)),
-        nodes_(
-            NodesFor(display, beams_, options.nodes_per_step, options.samples_per_pixel, kernel_)),
-        strips_(StripsOf(display, nodes_, source, options.memory_gib * kGib)),
+        weights_(WeightsOf(display_, options)),
+        beams_(EnclosingBeams(display_, maps_, options)),
+        nodes_(NodesOf(display_, beams_, !maps_.empty(), options)),
+        strips_(StripsOf(display_, nodes_, source, !maps_.empty(), options.memory_gib * kGib)),
         samples_(Index(kNodesAtATime)),
-        layers_(display.layers.size()),
-        sums_(display.layers.size()) {
-    nodes_.scatter = options.scatter;
-  }
+        layers_(display_.layers.size()),
+        sums_(display_.layers.size()) {}
 
   SeenShares Run(const PictureSize& picture, const TakeEmitterRows& take, Progress& progress) {
     progress.Start("layers",
@@ -192,6 +179,8 @@ class Distributor {
   struct LayerStrip {
     LayerBeams beams;
     std::vector<ColumnPlaces> places;  // by slot along x
+    // By slot and row, of emitters with beams of their own.
+    std::vector<Ways> ways;
   };
 
   // Beams and the nodes' rays that stand for them cross in the layer.
@@ -207,7 +196,51 @@ class Distributor {
                                      layer.overlaps.x);
   }
 
-  void Begin(const Strip& rows, int index, LayerStrip& strip, LayerSums& sums) const {
+  // One row of emitters with beams of their own.
+  void BeginOwnRow(int index, const PictureSize& picture, OwnOverlaps& own,
+                   std::vector<Way>& ways) const {
+    const double z = display_.layers[Index(index)].position_mm;
+    const RowOfBeams beams = BeamsOfRow(maps_[Index(index)], display_, index, own.slot, own.row);
+    own.x = OverlapsOf(beams.x, z, nodes_.aim, z, nodes_.x, nodes_.sample_x, kernel_);
+    // Rows are found by their columns.
+    std::vector<EmitterBeam> y = beams.y;
+    for (std::size_t i = 0; i < y.size(); ++i) y[i].emitter = beams.x[i].emitter;
+    own.y = OverlapsOf(y, z, nodes_.aim, z, nodes_.y, nodes_.sample_y, kernel_);
+    for (AxisOverlaps* axis : {&own.x, &own.y}) {  // they are kept, and many
+      axis->weights.shrink_to_fit();
+      for (std::vector<Overlap>& node : axis->nodes) node.shrink_to_fit();
+    }
+    ways.assign(Index(EmitterColumns(display_, display_.layers[Index(index)])), Way::kDark);
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      const double element_z = z + y[i].offset_mm;
+      const bool within = PassesWithin(beams.x[i].beam, element_z, picture.width_mm) &&
+                          PassesWithin(y[i].beam, element_z, picture.height_mm);
+      ways[Index(y[i].emitter)] = within ? Way::kThroughPicture : Way::kBesidePicture;
+    }
+  }
+
+  void BeginOwn(const Strip& rows, int index, const PictureSize& picture, LayerStrip& strip,
+                LayerSums& sums) const {
+    const Layer& layer = display_.layers[Index(index)];
+    const int k = SlotsPerAxis(layer), slots = k * k;
+    ColumnPlaces in_order(Index(EmitterColumns(display_, layer)));
+    std::iota(in_order.begin(), in_order.end(), 0);
+    strip.places.assign(Index(k), in_order);
+    strip.ways.assign(Index(slots), Ways(Index(rows.rows())));
+    sums.overlaps.own.resize(Index(slots * rows.rows()));
+    ParallelForEach(0, static_cast<std::int64_t>(slots) * rows.rows(), [&](std::int64_t i) {
+      OwnOverlaps& own = sums.overlaps.own[static_cast<std::size_t>(i)];
+      own.slot = static_cast<int>(i) / rows.rows();
+      const int row = static_cast<int>(i) % rows.rows();
+      own.row = rows.first_row + row;
+      BeginOwnRow(index, picture, own, strip.ways[Index(own.slot)][Index(row)]);
+    });
+    BeginSums(rows, layer, sums.sums);
+  }
+
+  void Begin(const Strip& rows, int index, const PictureSize& picture, LayerStrip& strip,
+             LayerSums& sums) const {
+    if (!maps_.empty()) return BeginOwn(rows, index, picture, strip, sums);
     const Layer& layer = display_.layers[Index(index)];
     if (HasRowFamilies(layer)) {
       strip.beams = BeamsOf(display_, index, rows.first_row, rows.end_row);
@@ -249,13 +282,13 @@ class Distributor {
                 Progress& progress) {
     ParallelForEach(0, static_cast<std::int64_t>(layers_.size()), [&](std::int64_t layer) {
       const std::size_t l = static_cast<std::size_t>(layer);
-      Begin(strip, static_cast<int>(layer), layers_[l], sums_[l]);
+      Begin(strip, static_cast<int>(layer), picture, layers_[l], sums_[l]);
     });
-    std::vector<const AxisOverlaps*> rows;
-    for (const LayerSums& layer : sums_) rows.push_back(&layer.overlaps.y);
+    std::vector<SampleRange> rows(Index(nodes_.y.count));
+    for (int node_y = 0; node_y < nodes_.y.count; ++node_y) rows[Index(node_y)] = RowsFor(node_y);
     MakeRoom(rows);
     for (int node_y = 0; node_y < nodes_.y.count; ++node_y) {
-      const SampleRange y = SamplesOf(rows, node_y);
+      const SampleRange& y = rows[Index(node_y)];
       for (int node_x = 0; node_x < nodes_.x.count; node_x += kNodesAtATime) {
         const int end_x = std::min(node_x + kNodesAtATime, nodes_.x.count);
         AddNodes(node_x, end_x, node_y, y);
@@ -267,13 +300,23 @@ class Distributor {
     }
   }
 
+  // The rows of samples that the strip needs at a node.
+  SampleRange RowsFor(int node_y) const {
+    std::vector<const AxisOverlaps*> axes;
+    for (const LayerSums& layer : sums_) {
+      if (maps_.empty()) axes.push_back(&layer.overlaps.y);
+      for (const OwnOverlaps& own : layer.overlaps.own) axes.push_back(&own.y);
+    }
+    const SampleRange needed = SamplesOf(axes, node_y), &all = nodes_.samples_y[Index(node_y)];
+    const SampleRange rows{std::max(needed.first, all.first), std::min(needed.end, all.end)};
+    return rows.size() > 0 ? rows : SampleRange{};
+  }
+
   // For any nodes.
-  void MakeRoom(const std::vector<const AxisOverlaps*>& rows) {
+  void MakeRoom(const std::vector<SampleRange>& rows) {
     int width = 0, height = 0;
     for (const SampleRange& x : nodes_.samples_x) width = std::max(width, x.size());
-    for (int node = 0; node < nodes_.y.count; ++node) {
-      height = std::max(height, SamplesOf(rows, node).size());
-    }
+    for (const SampleRange& y : rows) height = std::max(height, y.size());
     for (Image<RaySample>& room : samples_) {
       if (room.width() >= width && room.height() >= height) continue;
       room = {};
@@ -318,8 +361,12 @@ class Distributor {
         EmitterRows some{layer, static_cast<int>(s), sums.first_row + row,
                          Normalised(sums.slots[slot], strip.places[slot % Index(k)], row,
                                     std::min(row + kBlockRows, rows))};
-        count_all.Add(some.first_row, some.emitters.coverage, all[slot]);
-        count_picture.Add(some.first_row, some.emitters.coverage, in_picture[slot]);
+        if (maps_.empty()) {
+          count_all.Add(some.first_row, some.emitters.coverage, all[slot]);
+          count_picture.Add(some.first_row, some.emitters.coverage, in_picture[slot]);
+        } else {
+          CountOwn(strip.ways[slot], row, some.emitters.coverage, all[slot], in_picture[slot]);
+        }
         if (subpixels) some.emitters = Joined(some.emitters);
         take(std::move(some));
       }
@@ -330,7 +377,8 @@ class Distributor {
   }
 
   const RaySource& source_;
-  const Display& display_;
+  const Display display_;
+  const std::vector<CalibratedMap> maps_;  // of its layers; none: as designed
   const Kernel kernel_;
   const LayerWeights weights_;
   const std::vector<LayerBeams> beams_;
@@ -341,11 +389,6 @@ class Distributor {
   std::vector<LayerSums> sums_;
   SeenRays all_, in_picture_;
 };
-
-NodeLattice NodesOf(const Display& display, const LayersOptions& options) {
-  return NodesFor(display, EnclosingBeams(display, options), options.nodes_per_step,
-                  options.samples_per_pixel, KernelOf(options.kernel));
-}
 
 }  // namespace
 
@@ -361,19 +404,34 @@ RayBundle MiddleRays(const Display& display, const LayersOptions& options) {
   return rays;
 }
 
-double LeastBytes(const RaySource& source, const Display& display, const LayersOptions& options) {
-  const NodeLattice nodes = NodesOf(display, options);
-  return BytesOfStrips(display, nodes, source, StripsOf(display, nodes, source, 0)[0].rows());
+double LeastBytes(const RaySource& source, const Display& display, const LayersOptions& options,
+                  const Calibration* calibration) {
+  const bool own_beams = calibration != nullptr;
+  const Display as_it_is = own_beams ? AsCalibrated(display, *calibration) : display;
+  const std::vector<LayerBeams> beams =
+      EnclosingBeams(as_it_is, MapsOf(as_it_is, calibration), options);
+  const NodeLattice nodes = NodesOf(as_it_is, beams, own_beams, options);
+  const std::vector<Strip> strips = StripsOf(as_it_is, nodes, source, own_beams, 0);
+  return BytesOfStrips(as_it_is, nodes, source, own_beams, strips[0].rows());
 }
 
 SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,
-                      const PictureSize& picture, const TakeEmitterRows& take, Progress& progress) {
+                      const PictureSize& picture, const TakeEmitterRows& take, Progress& progress,
+                      const Calibration* calibration) {
   Check(display, display.name);
-  return Distributor(source, display, options).Run(picture, take, progress);
+  if (calibration != nullptr) {
+    CheckCalibrates(*calibration, display, "calibration");
+    if (options.directions != "true") {
+      throw UsageError("--layers-directions", "a calibrated display has no ideal directions",
+                       "leave it at \"true\"");
+    }
+  }
+  return Distributor(source, display, options, calibration).Run(picture, take, progress);
 }
 
 LayerImages Distribute(const RaySource& source, const Display& display,
-                       const LayersOptions& options, Progress& progress) {
+                       const LayersOptions& options, Progress& progress,
+                       const Calibration* calibration) {
   LayersOptions at_once = options;
   at_once.memory_gib = std::numeric_limits<double>::infinity();
   LayerImages images;
@@ -390,7 +448,7 @@ LayerImages Distribute(const RaySource& source, const Display& display,
     std::copy_n(from.color.data(), from.color.size(), to.color.row(some.first_row));
     std::copy_n(from.coverage.data(), from.coverage.size(), to.coverage.row(some.first_row));
   };
-  images.seen_share = Distribute(source, display, at_once, {}, take, progress).of_all;
+  images.seen_share = Distribute(source, display, at_once, {}, take, progress, calibration).of_all;
   return images;
 }
 
@@ -432,6 +490,14 @@ OptionTable Describe(LayersOptions& options) {
         {},
         {},
         {"true", "ideal"}},
+       {"calibration",
+        "calibration.json of the display (from `lamella calibrate`): where its panels really are; "
+        "else as designed",
+        &options.calibration,
+        {},
+        {},
+        {},
+        "--calibration"},
        {"scatter", "scatter directions and rays within their cells (low discrepancy)",
         &options.scatter},
        {"border_mm",

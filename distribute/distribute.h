@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "distribute/place.h"
+#include "lightfield/calibration.h"
 #include "lightfield/display.h"
 #include "lightfield/image.h"
 #include "lightfield/options.h"
@@ -28,6 +29,7 @@ struct LayersOptions {
   int samples_per_pixel = 1;        // rays per emitter pitch and axis in a node's bundle
   std::string kernel = "beam";      // prefilter: beam, lens or ray (distribute/prefilter.h)
   std::string directions = "true";  // or "ideal" (distribute/emitter_beams.h)
+  std::string calibration;          // calibration.json of the display; "": as designed
   bool scatter = false;  // nodes and samples within their cells by a low-discrepancy sequence
   std::optional<double> border_mm, border_offset_mm;  // default: the display's
   // Of what distribution allocates; strip by strip where all rows need more. Changes no value.
@@ -62,7 +64,8 @@ using TakeEmitterRows = std::function<void(EmitterRows)>;
 RayBundle MiddleRays(const Display& display, const LayersOptions& options);
 
 // Bytes that Distribute needs at least, however little memory the options allow it.
-double LeastBytes(const RaySource& source, const Display& display, const LayersOptions& options);
+double LeastBytes(const RaySource& source, const Display& display, const LayersOptions& options,
+                  const Calibration* calibration = nullptr);
 
 // The mean coverage of the display's rays: of all, and of those that pass the picture (all rays
 // have one footprint).
@@ -77,11 +80,15 @@ struct PictureSize {
 
 // Any optics; of a lenticular sheet each channel of a pixel is an emitter of its own, and their
 // mean coverage the pixel's. `source` is placed: it answers in the display's frame. The emitters
-// are given away block by block, so that they need not fit into memory.
+// are given away block by block, so that they need not fit into memory. With a calibration, of the
+// display (CheckCalibrates), it is the rays that the emitters really have; options.calibration is
+// not read here.
 SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,
-                      const PictureSize& picture, const TakeEmitterRows& take, Progress& progress);
+                      const PictureSize& picture, const TakeEmitterRows& take, Progress& progress,
+                      const Calibration* calibration = nullptr);
 // All of them at once.
 LayerImages Distribute(const RaySource& source, const Display& display,
-                       const LayersOptions& options, Progress& progress);
+                       const LayersOptions& options, Progress& progress,
+                       const Calibration* calibration = nullptr);
 
 }  // namespace lamella

@@ -16,6 +16,7 @@ struct EmitterBeam {
   int emitter = 0;  // column or row
   int family = 0;   // of a row: the family of columns that its emitters have
   AxisBeam beam;
+  double offset_mm = 0;  // of its element in front of the layer's plane (where panels stand askew)
 };
 
 // Emitter (column, row) of slot (slot_x, slot_y) has the beam of an entry of `rows` along y and, in

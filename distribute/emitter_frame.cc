@@ -6,13 +6,11 @@ namespace lamella {
 
 Image<Rgb8> EmitterFrame(const EmitterImage& emitters, const Display& display, int layer,
                          const PanelResponse& response) {
-  return PanelFromEmitters<Rgb8>(
-      display, display.layers[static_cast<std::size_t>(layer)], emitters.color.height(),
-      [&](int x, int y) {
-        if (!(emitters.coverage(x, y) > 0)) return Rgb8();
-        const Rgb& light = emitters.color(x, y);
-        return Rgb8{response.Code(light.r), response.Code(light.g), response.Code(light.b)};
-      });
+  return PanelFromEmitters<Rgb8>(display, display.layers[static_cast<std::size_t>(layer)],
+                                 emitters.color.height(), [&](int x, int y) {
+                                   if (!(emitters.coverage(x, y) > 0)) return Rgb8();
+                                   return response.Codes(emitters.color(x, y));
+                                 });
 }
 
 }  // namespace lamella

@@ -113,8 +113,9 @@ void AddOverlap(const Polygon& part, double beam_area, const SampleAxis& samples
   const auto sample_of = [&](double position) {
     return static_cast<int>(std::floor((position - samples.origin_mm) / samples.size_mm));
   };
-  Overlap overlap{beam.slot, beam.emitter,           beam.family, sample_of(span.min),
-                  0,         overlaps.weights.size()};
+  Overlap overlap{beam.slot,   beam.emitter,
+                  beam.family, sample_of(span.min),
+                  0,           static_cast<std::uint32_t>(overlaps.weights.size())};
   const int last = sample_of(span.max);
   // Corners that left their strip by rounding must not make a sample of no weight.
   constexpr double kNegligible = 1e-9;
@@ -141,7 +142,8 @@ AimRange AimsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPl
                 Kernel kernel) {
   Interval all;
   for (const EmitterBeam& emitter : beams) {
-    const Polygon polygon = PolygonOf(emitter.beam, layer_mm, layer_mm, aim, kernel);
+    const Polygon polygon = PolygonOf(emitter.beam, layer_mm + emitter.offset_mm,
+                                      layer_mm + emitter.offset_mm, aim, kernel);
     const Interval aims = IntervalOf(polygon, [](const Point& p) { return p.aim; });
     all.min = std::min(all.min, aims.min);
     all.max = std::max(all.max, aims.max);
@@ -154,21 +156,24 @@ AxisOverlaps OverlapsOf(std::span<const EmitterBeam> beams, double layer_mm, con
                         Kernel kernel) {
   AxisOverlaps overlaps;
   overlaps.nodes.resize(static_cast<std::size_t>(nodes.count));
+  if (nodes.count == 0) return overlaps;
   const auto node_of = [&](double a) {
     return std::clamp(static_cast<int>(std::floor((a - nodes.first) / nodes.step + 0.5)), 0,
                       nodes.count - 1);
   };
-  // Of areas by the move to z = 0.
-  const double stretch = aim.points ? aim.distance_mm / (aim.distance_mm - content_mm) : 1.0;
   for (const EmitterBeam& emitter : beams) {
-    const Polygon polygon = PolygonOf(emitter.beam, layer_mm, content_mm, aim, kernel);
+    const double content = content_mm + emitter.offset_mm;
+    // Of areas by the move to z = 0.
+    const double stretch = aim.points ? aim.distance_mm / (aim.distance_mm - content) : 1.0;
+    const Polygon polygon =
+        PolygonOf(emitter.beam, layer_mm + emitter.offset_mm, content, aim, kernel);
     const double area = Area(polygon) * stretch;
     const Interval aims = IntervalOf(polygon, [](const Point& p) { return p.aim; });
     for (int k = node_of(aims.min); k <= node_of(aims.max); ++k) {
       const double centre = nodes.Centre(k);
       Polygon part = ClipToStrip(polygon, centre - nodes.step / 2, centre + nodes.step / 2);
       if (part.size < 3) continue;
-      MoveToReference(part, aim, content_mm, centre);
+      MoveToReference(part, aim, content, centre);
       AddOverlap(part, area, samples, emitter, overlaps,
                  overlaps.nodes[static_cast<std::size_t>(k)]);
     }

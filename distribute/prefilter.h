@@ -9,7 +9,7 @@
 // beam.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -35,7 +35,7 @@ struct Overlap {
   int slot = 0, emitter = 0, family = 0;  // the beam's
   int first_sample = 0;
   int num_samples = 0;
-  std::size_t weights = 0;  // index of its num_samples weights in AxisOverlaps::weights
+  std::uint32_t weights = 0;  // index of its num_samples weights in AxisOverlaps::weights
 };
 
 // Over which lines an emitter's light is averaged.
@@ -66,7 +66,8 @@ AimRange AimsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPl
 
 // `layer_mm`: the modulating plane. `content_mm`: the plane on which a beam's line and the node's
 // ray that stands for it cross. Exact for content there; elsewhere a line is off by at most half a
-// cell's parallax, and by none on average over the cell.
+// cell's parallax, and by none on average over the cell. A beam whose element stands offset_mm in
+// front of the layer's plane takes both planes with it.
 AxisOverlaps OverlapsOf(std::span<const EmitterBeam> beams, double layer_mm, const AimPlane& aim,
                         double content_mm, const NodeAxis& nodes, const SampleAxis& samples,
                         Kernel kernel = Kernel::kBeam);

@@ -11,6 +11,8 @@ namespace {
 
 // Of a beam along one axis, with its overlaps and the room that their lists have to grow.
 constexpr double kBeamBytes = 128, kOverlapBytes = 96;
+// Of an emitter's own beam along both axes, where layers' gaps are alike.
+constexpr double kOwnBeamBytes = 288;
 // Lower strips would spend most of their time on the rows around them.
 constexpr int kLeastRows = 4 * kBlockRows;
 
@@ -54,10 +56,19 @@ double BytesOfBeams(const Display& display, const NodeLattice& nodes, int rows) 
   return bytes;
 }
 
+double BytesOfOwnBeams(const Display& display, int rows) {
+  double bytes = 0;
+  for (const Layer& layer : display.layers) {
+    const double k = SlotsPerAxis(layer);
+    bytes += kOwnBeamBytes * k * k * EmitterColumns(display, layer) * rows;
+  }
+  return bytes;
+}
+
 }  // namespace
 
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
-                     int rows) {
+                     bool own_beams, int rows) {
   const int width = Widest(nodes.samples_x);
   // Beams of a strip's rows reach a little beyond it, by their width.
   int elements = 0, columns = 0;
@@ -73,15 +84,17 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
   // A thread filters a few rows of samples, and gives away a block of emitters in two forms.
   const double of_thread = kNodesAtATime * 2.0 * reach * width * sizeof(Light) +
                            2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
-  return BytesOfSums(display, rows) + BytesOfBeams(display, nodes, rows) + kNodesAtATime * samples +
+  const double beams =
+      own_beams ? BytesOfOwnBeams(display, rows) : BytesOfBeams(display, nodes, rows);
+  return BytesOfSums(display, rows) + beams + kNodesAtATime * samples +
          source.QueryBytes(width, height) + NumThreads() * of_thread;
 }
 
 std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,
-                            const RaySource& source, double bytes) {
+                            const RaySource& source, bool own_beams, double bytes) {
   const int rows = display.emitter_rows();
   int count = 1, step = rows;
-  while (step > kLeastRows && BytesOfStrips(display, nodes, source, step) > bytes) {
+  while (step > kLeastRows && BytesOfStrips(display, nodes, source, own_beams, step) > bytes) {
     ++count;
     step = ((rows + count - 1) / count + kBlockRows - 1) / kBlockRows * kBlockRows;
   }

@@ -21,14 +21,14 @@ inline constexpr int kBlockRows = 32;
 inline constexpr int kNodesAtATime = 2;
 
 // What Distribute allocates at most while it works on strips of `rows` rows: the sums of light,
-// beams and their overlaps, the nodes' samples, what the source needs to answer for them, and what
-// threads hold.
+// beams and their overlaps (of every emitter where these have beams of their own), the nodes'
+// samples, what the source needs to answer for them, and what threads hold.
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
-                     int rows);
+                     bool own_beams, int rows);
 
 // Even strips of whole blocks: as few as take at most `bytes`; where none does, those that take
 // least and still are no lower than what is asked around them.
 std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,
-                            const RaySource& source, double bytes);
+                            const RaySource& source, bool own_beams, double bytes);
 
 }  // namespace lamella

@@ -54,6 +54,12 @@ LayersComparison CompareLayers(const Workspace& a, const Workspace& b, int borde
                                Progress& progress) {
   const LayersRecord of_a = LoadLayersRecord(a), of_b = LoadLayersRecord(b);
   CheckComparable(b, of_a, of_b);
+  for (const auto& [workspace, of] : {std::pair(&a, &of_a), {&b, &of_b}}) {
+    if (!of->calibration) continue;
+    throw InputError(workspace->root().string(),
+                     "has layers for a calibrated display, which can't be compared yet",
+                     "compare layers of the display as designed");
+  }
   const LayerImages layers_a = LoadLayerImages(a, of_a), layers_b = LoadLayerImages(b, of_b);
   const double box = kWithinBox * std::min(CleanEyeBox(of_a.display), CleanEyeBox(of_b.display));
   LayersComparison comparison;

@@ -9,9 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "lightfield/atomic_file.h"
+#include "lightfield/calibrated_map.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "pipeline/calibration_record.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -21,6 +23,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 2;
 constexpr const char* kRecordFile = "layers.json";
+constexpr const char* kCalibrationFile = "calibration.json";
 constexpr const char* kRunLayers = "run `lamella layers` again";
 constexpr float kLargestHalf = 65504;
 constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
@@ -108,12 +111,16 @@ void SaveLayersRecord(const fs::path& folder, const LayersRecord& record) {
                        {"slot_y", slot / k}});
     }
   }
-  const Json json = {{"format_version", kFormatVersion},
-                     {"display", ToToml(record.display)},
-                     {"placement", ToJson(record.placement)},
-                     {"seen_share", record.seen_share},
-                     {"seen_share_in_picture", record.seen_share_in_picture},
-                     {"emitters", files}};
+  Json json = {{"format_version", kFormatVersion},
+               {"display", ToToml(record.display)},
+               {"placement", ToJson(record.placement)},
+               {"seen_share", record.seen_share},
+               {"seen_share_in_picture", record.seen_share_in_picture},
+               {"emitters", files}};
+  if (record.calibration) {
+    json["calibration"] = kCalibrationFile;
+    SaveCalibration(folder / kCalibrationFile, *record.calibration);
+  }
   WriteTextAtomically(folder / kRecordFile, json.dump(1) + "\n");
 }
 
@@ -133,6 +140,11 @@ LayersRecord LoadLayersRecord(const Workspace& workspace) {
     record.placement = PlacementFromJson(json.at("placement"));
     record.seen_share = json.at("seen_share");
     record.seen_share_in_picture = json.at("seen_share_in_picture");
+    if (json.contains("calibration")) {
+      const fs::path file = path.parent_path() / json.at("calibration").get<std::string>();
+      record.calibration = LoadCalibration(file);
+      CheckCalibrates(*record.calibration, record.display, file.string());
+    }
     return record;
   } catch (const Json::exception&) {
     throw InputError(path.string(), "is damaged", kRunLayers);

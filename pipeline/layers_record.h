@@ -2,11 +2,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "distribute/distribute.h"
 #include "distribute/place.h"
+#include "lightfield/calibration.h"
 #include "lightfield/display.h"
 #include "lightfield/image_io.h"
 #include "pipeline/workspace.h"
@@ -15,14 +17,17 @@ namespace lamella {
 
 // What frames and preview must know of how the layers were made.
 struct LayersRecord {
-  Display display;  // with the border that was used
+  Display display;                         // with the border that was used
+  std::optional<Calibration> calibration;  // for which they were made; none: as designed
   Placement placement;
   double seen_share = 0;             // of all display rays
   double seen_share_in_picture = 0;  // of those that pass the reference picture on z = 0
 };
 
+// layers.json, and calibration.json beside it.
 void SaveLayersRecord(const std::filesystem::path& folder, const LayersRecord& record);
-// InputError where layers.json is absent, damaged or of a newer version.
+// InputError where layers.json is absent, damaged or of a newer version, or its calibration is of
+// another display.
 LayersRecord LoadLayersRecord(const Workspace& workspace);
 
 // layer_K_slot_T.exr; slot = slots_per_axis * slot_y + slot_x.

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "distribute/displays.h"
+#include "lightfield/calibrated_map.h"
+#include "pipeline/calibration_record.h"
 #include "pipeline/emitter_files.h"
 #include "pipeline/peak_memory.h"
 
@@ -25,7 +27,9 @@ LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& worl
   const double held = ResidentMib() / 1024 + files.Bytes() / kGib;
   LayersOptions left = options;
   left.memory_gib = std::max(options.memory_gib - held, 0.0);
-  const double strip = LeastBytes(world, record.display, options) / kGib;
+  const double strip = LeastBytes(world, record.display, options,
+                                  record.calibration ? &*record.calibration : nullptr) /
+                       kGib;
   const double least = std::max(loading, held + strip);
   if (options.memory_gib < least) {
     warnings.push_back(fmt::format(
@@ -42,6 +46,7 @@ StageReport Report(const LayersRecord& record, const std::string& note) {
   StageReport report;
   report.summary = {
       {"display", record.display.name},
+      {"panels", record.calibration ? "as calibrated" : "as designed"},
       {"reference view", p.reference_view},
       {"depth", fmt::format("{:.4g} to {:.4g} shown at {:+.1f} to {:+.1f} mm", p.near, p.far,
                             p.near_mm, p.far_mm)},
@@ -67,6 +72,13 @@ Display DisplayFor(const LayersOptions& options) {
   return display;
 }
 
+std::optional<Calibration> CalibrationFor(const LayersOptions& options, const Display& display) {
+  if (options.calibration.empty()) return std::nullopt;
+  Calibration calibration = LoadCalibration(options.calibration);
+  CheckCalibrates(calibration, display, options.calibration);
+  return calibration;
+}
+
 StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord record,
                        const LayersOptions& options, const std::string& note, StageRun& run,
                        Progress& progress) {
@@ -76,7 +88,8 @@ StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord reco
   const std::unique_ptr<const RaySource> placed = Placed(*world, record.placement);
   const SeenShares seen = Distribute(
       *placed, record.display, WithMemoryLeft(options, *placed, record, files, warnings), picture,
-      [&](const EmitterRows& rows) { files.Write(rows); }, progress);
+      [&](const EmitterRows& rows) { files.Write(rows); }, progress,
+      record.calibration ? &*record.calibration : nullptr);
   world.reset();
   record.seen_share = seen.of_all;
   record.seen_share_in_picture = seen.of_picture;

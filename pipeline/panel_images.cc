@@ -3,12 +3,15 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "datasets_synthetic/prototype.h"
 #include "distribute/panel_pixels-inl.h"
+#include "distribute/panel_response.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
@@ -37,8 +40,35 @@ Light ResponseOf(const JsonObject& response) {
   return light;
 }
 
+// The scene's light that a panel's codes stand for.
+using Decode = std::function<Image<Rgb>(ImageSpan<const Rgb8>)>;
+
+Decode DecoderOf(const LayersRecord& record, int layer, const JsonObject& frames) {
+  if (!record.calibration) {
+    return [light = ResponseOf(frames.Object("response"))](ImageSpan<const Rgb8> codes) {
+      Image<Rgb> decoded(codes.width, codes.height);
+      for (int y = 0; y < codes.height; ++y) {
+        for (int x = 0; x < codes.width; ++x) {
+          const Rgb8& code = codes(x, y);
+          decoded(x, y) = {light[code.r], light[code.g], light[code.b]};
+        }
+      }
+      return decoded;
+    };
+  }
+  const LayerCalibration& of = record.calibration->layers[static_cast<std::size_t>(layer)];
+  const auto scale = static_cast<float>(of.gain / CommonWhite(*record.calibration));
+  return [&of, scale](ImageSpan<const Rgb8> codes) {
+    Image<Rgb> decoded = LightOfEmitter(of.emitter, codes);
+    for (std::size_t i = 0; i < decoded.size(); ++i) {
+      decoded.data()[i] = scale * decoded.data()[i];
+    }
+    return decoded;
+  };
+}
+
 EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int layer, int slot,
-                       const fs::path& file, const Light& light) {
+                       const fs::path& file, const Decode& decode) {
   EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
   const Image<Rgb8> codes = ReadSrgb8(file);
   if (codes.width() != display.width_px || codes.height() != display.height_px) {
@@ -47,12 +77,9 @@ EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int l
                                  display.width_px, display.height_px),
                      "run `lamella frames` again");
   }
-  const Image<Rgb8> shown = EmittersFromPanel<Rgb8>(
-      display, display.layers[static_cast<std::size_t>(layer)], codes.span());
-  for (std::size_t i = 0; i < shown.size(); ++i) {
-    const Rgb8& code = shown.data()[i];
-    emitters.color.data()[i] = {light[code.r], light[code.g], light[code.b]};
-  }
+  const Image<Rgb> light = decode(codes.span());
+  emitters.color = EmittersFromPanel<Rgb>(display, display.layers[static_cast<std::size_t>(layer)],
+                                          light.span());
   return emitters;
 }
 
@@ -86,7 +113,6 @@ PanelImages LoadPanelImages(const Workspace& workspace, const LayersRecord& reco
   const JsonObject json(folder / "frames.json");
   json.CheckFormatVersion(1);
   if (json.Has("strokes")) return {LoadStrokes(workspace, record, json), true};
-  const Light light = ResponseOf(json.Object("response"));
   LayerImages images;
   images.seen_share = record.seen_share;
   const std::vector<JsonObject> layers = json.Objects("layers");
@@ -102,10 +128,11 @@ PanelImages LoadPanelImages(const Workspace& workspace, const LayersRecord& reco
           folder / frame.Text("file");
     }
     images.slots.emplace_back(files.size());
+    const Decode decode = DecoderOf(record, static_cast<int>(l), json);
     ParallelForEach(0, k * k, [&](std::int64_t s) {
       const std::size_t slot = static_cast<std::size_t>(s);
       images.slots[l][slot] = LoadPanel(workspace, record.display, static_cast<int>(l),
-                                        static_cast<int>(s), files[slot], light);
+                                        static_cast<int>(s), files[slot], decode);
     });
   }
   return {std::move(images), false};

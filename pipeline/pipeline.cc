@@ -10,7 +10,9 @@
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "lightfield/hash.h"
+#include "pipeline/calibration_record.h"
 #include "pipeline/capture/input.h"
+#include "pipeline/make_layers.h"
 #include "pipeline/peak_memory.h"
 #include "pipeline/poses/colmap.h"
 
@@ -31,7 +33,11 @@ struct Stage {
 std::vector<Stage> Stages(const Workspace& w, PipelineOptions& o, Progress& p) {
   const auto nothing = [] { return std::string(); };
   const auto input = [&o] { return HashCaptureInput(o.capture); };
-  const auto display = [&o] { return ContentHash(ToToml(FindDisplay(o.layers.display))); };
+  const auto display = [&o] {
+    const Display of = FindDisplay(o.layers.display);
+    const std::optional<Calibration> calibration = CalibrationFor(o.layers, of);
+    return ContentHash(ToToml(of) + (calibration ? CalibrationText(*calibration) : ""));
+  };
   return {
       {"capture",
        {},
@@ -142,7 +148,7 @@ void CheckBeforeWork(const PipelineOptions& options, const std::string& first,
                      "give the folder of the photographs: lamella run FOLDER ...");
   }
   if (from <= IndexOf("layers") && IndexOf("layers") <= to) {
-    FindDisplay(options.layers.display);
+    CalibrationFor(options.layers, DisplayFor(options.layers));
   }
   if (from <= IndexOf("poses") && IndexOf("poses") <= to && NeedsColmap(options.capture))
     RequireColmap();

@@ -83,6 +83,12 @@ PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display
   return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
 }
 
+PreviewPicture RenderSimulated(const CalibratedEyes& display, const Eye& eye,
+                               const std::optional<Pupil>& pupil) {
+  EyePicture seen = display.See(eye, pupil);
+  return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
+}
+
 void LoseColor(PreviewPicture& picture) {
   Image<Rgb> light = DecodeSrgb8(picture.codes.span());
   for (std::size_t i = 0; i < light.size(); ++i) {

@@ -11,6 +11,7 @@
 #include "lightfield/image.h"
 #include "lightfield/ray_source.h"
 #include "lightfield/view.h"
+#include "pipeline/calibrated_eyes.h"
 #include "pipeline/preview_eyes.h"
 
 namespace lamella {
@@ -27,6 +28,8 @@ struct PreviewPicture {
 PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye,
                             const std::optional<Pupil>& pupil, double mm_per_view_px);
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
+                               const std::optional<Pupil>& pupil);
+PreviewPicture RenderSimulated(const CalibratedEyes& display, const Eye& eye,
                                const std::optional<Pupil>& pupil);
 // Every pixel becomes the grey of its luminance.
 void LoseColor(PreviewPicture& picture);

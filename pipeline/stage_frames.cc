@@ -24,7 +24,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
 
-PanelResponse ResponseOf(const FramesOptions& options) {
+PanelResponse ResponseOf(const FramesOptions& options, const LayersRecord& record, int layer) {
+  if (record.calibration) return PanelResponse::Of(*record.calibration, layer);
   return options.response == "gamma" ? PanelResponse::Gamma(options.gamma) : PanelResponse::Srgb();
 }
 
@@ -34,7 +35,8 @@ Json PanelJson(const Display& display) {
           {"pitch_mm", display.pitch_mm}};
 }
 
-Json ToJson(const Display& display, const FramesOptions& options) {
+Json ToJson(const LayersRecord& record, const FramesOptions& options) {
+  const Display& display = record.display;
   Json layers = Json::array();
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const Layer& layer = display.layers[l];
@@ -56,7 +58,7 @@ Json ToJson(const Display& display, const FramesOptions& options) {
                       {"order", SlotOrder(k)},
                       {"frames", frames}});
   }
-  Json response = {{"curve", options.response}};
+  Json response = {{"curve", record.calibration ? "calibration" : options.response}};
   if (options.response == "gamma") response["gamma"] = options.gamma;
   return {{"format_version", kFormatVersion},
           {"display", display.name},
@@ -202,7 +204,10 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
   if (display.varifocal && options.planes == "one-bit") {
     return RunStrokes(workspace, record, options, run, progress);
   }
-  const PanelResponse response = ResponseOf(options);
+  if (record.calibration && options.response != "srgb") {
+    throw UsageError("--frames-response", "the layers' calibration says the panels' response",
+                     "leave it out");
+  }
   int slots = 0, frames = 0;
   for (const Layer& layer : display.layers) {
     const int k = SlotsPerAxis(layer);
@@ -212,6 +217,7 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
   progress.Start("frames", slots, "slots");
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const int layer = static_cast<int>(l), k = SlotsPerAxis(display.layers[l]);
+    const PanelResponse response = ResponseOf(options, record, layer);
     ParallelForEach(0, k * k, [&](std::int64_t slot) {
       EmitterReader emitters(workspace, display, layer, static_cast<int>(slot));
       WriteSlotFrames([&](int first, int end) { return emitters.Read(first, end); }, display, layer,
@@ -219,12 +225,12 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
       progress.Advance();
     });
   }
-  WriteTextAtomically(run.folder() / "frames.json", ToJson(display, options).dump(1) + "\n");
+  WriteTextAtomically(run.folder() / "frames.json", ToJson(record, options).dump(1) + "\n");
   StageReport report;
   report.summary = {
       {"frames", fmt::format("{} of {} x {} px", frames, display.width_px, display.height_px)},
       {"slots", fmt::format("{}", slots)},
-      {"response", options.response}};
+      {"response", record.calibration ? "as calibrated" : options.response}};
   return report;
 }
 

@@ -70,6 +70,7 @@ StageReport RunLayers(const Workspace& workspace, const LayersOptions& options,
                       const RenderOptions& render, StageRun& run, Progress& progress) {
   LayersRecord record;
   record.display = DisplayFor(options);
+  record.calibration = CalibrationFor(options, record.display);
   const ViewSet set = LoadViewSet(workspace);
   const View& reference = ReferenceView(set.views, options.placement.reference_view);
   const DepthRange range = ChooseDepthRange(options.placement, FindRegularGrid(set.views), [&] {

@@ -1,6 +1,8 @@
 // The stage preview: simulated eyes, how far they are from the capture, and the page.
 #include <algorithm>
 #include <chrono>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +11,7 @@
 
 #include "distribute/place.h"
 #include "lightfield/atomic_file.h"
+#include "lightfield/calibrated_map.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
@@ -110,21 +113,35 @@ void TakePhotograph(std::size_t view, ImageSpan<const Rgb> photograph, bool is_r
   }
 }
 
-void Simulate(const LayerImages& layers, const Display& display, const PreviewOptions& options,
-              PreviewResult& result, std::vector<DirectView> direct, const ViewSet& set,
-              Progress& progress) {
+using SimulateAt = std::function<PreviewPicture(const Eye&, const std::optional<Pupil>&)>;
+
+// What an eye sees of the display: as designed, or as calibrated.
+SimulateAt SimulatorOf(const LayersRecord& record, const LayerImages& layers) {
+  if (!record.calibration) {
+    return [&](const Eye& eye, const std::optional<Pupil>& pupil) {
+      return RenderSimulated(layers, record.display, eye, pupil);
+    };
+  }
+  const auto eyes = std::make_shared<CalibratedEyes>(record, layers);
+  return [eyes](const Eye& eye, const std::optional<Pupil>& pupil) {
+    return RenderSimulated(*eyes, eye, pupil);
+  };
+}
+
+void Simulate(const SimulateAt& simulated_at, const PreviewOptions& options, PreviewResult& result,
+              std::vector<DirectView> direct, const ViewSet& set, Progress& progress) {
   const std::vector<EyeResult*> eyes = AllEyes(result);
   progress.Start("preview: simulated eyes", static_cast<std::int64_t>(eyes.size() + direct.size()),
                  "eyes");
   for (EyeResult* eye : eyes) {
-    eye->simulated = RenderSimulated(layers, display, eye->eye, eye->pupil);
+    eye->simulated = simulated_at(eye->eye, eye->pupil);
     eye->metrics = Compare(eye->simulated, eye->target, options.border_px);
     progress.Advance();
   }
   for (DirectView& view : direct) {
     CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name,
                             view.at.eye,
-                            RenderSimulated(layers, display, view.at.eye, {}),
+                            simulated_at(view.at.eye, {}),
                             std::move(view.direct),
                             {},
                             {},
@@ -177,7 +194,8 @@ void WriteOverview(const Workspace& workspace, const std::filesystem::path& path
 
 std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewResult& result) {
   std::vector<std::string> warnings;
-  const double box = CleanEyeBox(record.display);
+  const double box = CleanEyeBox(
+      record.calibration ? AsCalibrated(record.display, *record.calibration) : record.display);
   const auto outside = std::count_if(result.grid.begin(), result.grid.end(), [&](const auto& eye) {
     return eye.eye.position.template head<2>().cwiseAbs().maxCoeff() > box;
   });
@@ -314,7 +332,7 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
                                 : PanelImages{LoadLayerImages(workspace, record), false};
   const LayerImages& layers = shown.layers;
   if (shown.grey) LoseColors(result, direct);
-  Simulate(layers, record.display, options, result, std::move(direct), set, progress);
+  Simulate(SimulatorOf(record, layers), options, result, std::move(direct), set, progress);
   progress.Start("preview: files", 3, "parts");
   WriteViews(run.folder() / "views", result);
   WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, layers, result,

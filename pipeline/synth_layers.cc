@@ -11,6 +11,7 @@
 #include "lightfield/error.h"
 #include "lightfield/hash.h"
 #include "lightfield/parallel.h"
+#include "pipeline/calibration_record.h"
 #include "pipeline/make_layers.h"
 #include "pipeline/peak_memory.h"
 
@@ -40,11 +41,13 @@ LayersRecord PlaceScene(const SynthLayersOptions& options, const SceneSource& sc
   if (!options.like.empty()) {
     const LayersRecord like = LoadLayersRecord(Workspace(options.like));
     record.display = like.display;
+    record.calibration = like.calibration;
     record.placement = like.placement;
     return record;
   }
   const PlacementOptions& placement = options.layers.placement;
   record.display = DisplayFor(options.layers);
+  record.calibration = CalibrationFor(options.layers, record.display);
   const View& reference = ReferenceView(views, placement.reference_view);
   const DepthRange range = ChooseDepthRange(placement, FindRegularGrid(views),
                                             [&] { return DepthRangeOfScene(scene, reference); });
@@ -74,7 +77,9 @@ StageReport SynthLayers(SynthLayersOptions options, const Workspace& workspace,
   std::string note;
   LayersRecord record =
       PlaceScene(options, *scene, CamerasOf(recipe.layout, recipe.seed, options.scene), &note);
-  StageRun run(workspace, "layers", ContentHash(inputs + ToToml(record.display)),
+  StageRun run(workspace, "layers",
+               ContentHash(inputs + ToToml(record.display) +
+                           (record.calibration ? CalibrationText(*record.calibration) : "")),
                ContentHash(ToToml(Describe(options))));
   StageReport report =
       MakeLayers(std::move(scene), std::move(record), options.layers, note, run, progress);

@@ -41,11 +41,14 @@ Calibration Truth(const SynthPhotosOptions& options) {
   if (options.display.empty() && options.frames.empty()) {
     throw UsageError("", "it is not said of which display", "give --display or --misalignment");
   }
-  const Display display =
-      options.display.empty()
-          ? LoadLayersRecord(Workspace(fs::absolute(options.frames).parent_path())).display
-          : FindDisplay(options.display);
-  Calibration calibration = DesignCalibration(display);
+  LayersRecord shown;
+  if (options.display.empty()) {
+    shown = LoadLayersRecord(Workspace(fs::absolute(options.frames).parent_path()));
+    if (shown.calibration) return *shown.calibration;
+  } else {
+    shown.display = FindDisplay(options.display);
+  }
+  Calibration calibration = DesignCalibration(shown.display);
   if (options.frames.empty()) return calibration;
   for (LayerCalibration& layer : calibration.layers) {
     layer.emitter.photometry.curve = CurveOfFrames(options.frames);
@@ -148,8 +151,10 @@ OptionTable Describe(SynthPhotosOptions& o) {
   return {
       "synth",
       {text("display", "name or file; else that of the frames' workspace", &o.display, "--display"),
-       text("misalignment", "calibration.json of what it really is; else as designed",
-            &o.misalignment, "--misalignment"),
+       text(
+           "misalignment",
+           "calibration.json of what it really is; else that of the frames' layers, or as designed",
+           &o.misalignment, "--misalignment,--calibration"),
        text("frames", "a workspace's frames/ that it shows", &o.frames, "--frames"),
        text("shots", "a file of pictures that it shows in turn", &o.shots, "--shots"),
        text("cameras", "transforms.json of cameras in the display's frame, mm", &o.cameras,

@@ -6,7 +6,9 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "pipeline/json_file.h"
 
@@ -112,6 +114,40 @@ VisualJson ReadVisualJson(const std::filesystem::path& path) {
   // Renderers of later versions always invert, and their devices say 0.
   panel.invert_views = visual.invert_views || std::strtod(visual.version.c_str(), nullptr) >= 2;
   return visual;
+}
+
+void WriteVisualJson(const std::filesystem::path& path, const VisualJson& visual) {
+  using Json = nlohmann::ordered_json;
+  const auto number = [](double value) { return Json{{"value", value}}; };
+  const LookingGlass& panel = visual.panel;
+  Json json = {{"configVersion", "3.0"},
+               {"serial", visual.serial},
+               {"pitch", number(panel.pitch_per_in)},
+               {"slope", number(panel.slope)},
+               {"center", number(panel.center)},
+               {"fringe", number(visual.fringe)},
+               {"viewCone", number(visual.view_cone_deg)},
+               {"invView", number(visual.invert_views ? 1 : 0)},
+               {"verticalAngle", number(visual.vertical_deg)},
+               {"DPI", number(panel.dpi)},
+               {"screenW", number(panel.width_px)},
+               {"screenH", number(panel.height_px)},
+               {"flipImageX", number(panel.flip_x ? 1 : 0)},
+               {"flipImageY", number(panel.flip_y ? 1 : 0)},
+               {"flipSubp", number(panel.flip_subpixels ? 1 : 0)}};
+  if (!panel.cells.empty()) {
+    json["CellPatternMode"] = number(panel.cell_pattern);
+    json["subpixelCells"] = Json::array();
+    for (const LookingGlass::Cell& cell : panel.cells) {
+      json["subpixelCells"].push_back({{"ROffsetX", cell[0][0]},
+                                       {"ROffsetY", cell[0][1]},
+                                       {"GOffsetX", cell[1][0]},
+                                       {"GOffsetY", cell[1][1]},
+                                       {"BOffsetX", cell[2][0]},
+                                       {"BOffsetY", cell[2][1]}});
+    }
+  }
+  WriteTextAtomically(path, json.dump(1) + "\n");
 }
 
 }  // namespace lamella

@@ -26,4 +26,7 @@ struct VisualJson {
 // field where one is missing or out of range, or the version is newer than 3.
 VisualJson ReadVisualJson(const std::filesystem::path& path);
 
+// As version 3.0; reading gives the same numbers back.
+void WriteVisualJson(const std::filesystem::path& path, const VisualJson& visual);
+
 }  // namespace lamella

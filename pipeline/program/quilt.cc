@@ -4,9 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "lightfield/calibrated_sheet.h"
+#include "lightfield/error.h"
 #include "lightfield/image_io.h"
+#include "pipeline/calibration_record.h"
 #include "pipeline/make_quilt.h"
 #include "pipeline/program/command_line.h"
+#include "pipeline/visual_json.h"
 
 namespace lamella {
 namespace {
@@ -136,6 +140,44 @@ void AddNative(CLI::App& quilt, Invocation& invocation) {
   });
 }
 
+struct VisualArguments {
+  std::string calibration, out;
+  double distance_mm = 600;
+};
+
+ExitCode RunVisual(const VisualArguments& arguments) {
+  const Calibration calibration = LoadCalibration(arguments.calibration);
+  if (calibration.layers.size() != 1) {
+    throw InputError(arguments.calibration,
+                     fmt::format("is of {} layers", calibration.layers.size()),
+                     "visual.json is of displays with one lenticular sheet");
+  }
+  const SheetForViewer sheet =
+      SheetFor(calibration.layers[0], arguments.distance_mm, arguments.calibration);
+  VisualJson visual;
+  visual.serial = calibration.display;
+  visual.panel = sheet.panel;
+  visual.view_cone_deg = sheet.view_cone_deg;
+  WriteVisualJson(arguments.out, visual);
+  fmt::print("pitch {:.6g} lenses per inch, slope {:.6g}, center {:.6g}\n{}\n",
+             sheet.panel.pitch_per_in, sheet.panel.slope, sheet.panel.center, arguments.out);
+  return ExitCode::kDone;
+}
+
+void AddVisual(CLI::App& quilt, Invocation& invocation) {
+  CLI::App& app = *quilt.add_subcommand(
+      "visual", "a lenticular display's calibration.json as a visual.json, for one distance");
+  auto arguments = std::make_shared<VisualArguments>();
+  app.add_option("CALIBRATION", arguments->calibration, "calibration.json")->required();
+  app.add_option("--distance-mm", arguments->distance_mm, "of the viewer from the lenses [600]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--out", arguments->out, "visual.json to write")->required();
+  AddGlobalOptions(app, invocation);
+  app.callback([arguments, &invocation] {
+    invocation.action = [arguments](Progress&) { return RunVisual(*arguments); };
+  });
+}
+
 }  // namespace
 
 void AddQuilt(CLI::App& program, Invocation& invocation) {
@@ -145,6 +187,7 @@ void AddQuilt(CLI::App& program, Invocation& invocation) {
   AddMake(app, invocation);
   AddSplit(app, invocation);
   AddNative(app, invocation);
+  AddVisual(app, invocation);
 }
 
 }  // namespace lamella

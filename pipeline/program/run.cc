@@ -38,8 +38,8 @@ PipelineOptions Effective(const Arguments& arguments, const Workspace& workspace
   if (!arguments.input.empty()) {
     options.capture.input = fs::absolute(arguments.input).lexically_normal().string();
   }
-  if (!options.capture.cameras.empty()) {
-    options.capture.cameras = fs::absolute(options.capture.cameras).lexically_normal().string();
+  for (std::string* file : {&options.capture.cameras, &options.layers.calibration}) {
+    if (!file->empty()) *file = fs::absolute(*file).lexically_normal().string();
   }
   return options;
 }

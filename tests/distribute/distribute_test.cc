@@ -118,6 +118,63 @@ TEST(Distribute, AgreesWithManyRaysWithoutShear) {
   EXPECT_GE(EmitterPsnr(images.slots[1][3], ReferenceEmitters(scene, display, 1, 3, 6)), 56);
 }
 
+// Emitters with beams of their own, and products of axes: two ways to the same light.
+TEST(Distribute, AsCalibratedIsAsDesignedWhereNothingIsAskew) {
+  const Display display = Small("paper-two-layer", 72, 48);
+  AnalyticScene scene;
+  scene.rectangles = {Plane(-12, Waves(0.3)), {9, -4, 5, -3, 4, Waves(0.4)}};
+  const Calibration design = DesignCalibration(display);
+  const LayerImages expected = Distribute(scene, display, Options(1, 2), SilentProgress());
+  const LayerImages images = Distribute(scene, display, Options(1, 2), SilentProgress(), &design);
+  EXPECT_NEAR(images.seen_share, expected.seen_share, 1e-4);
+  for (std::size_t layer = 0; layer < 2; ++layer) {
+    for (std::size_t slot = 0; slot < 9; ++slot) {
+      const EmitterImage &a = images.slots[layer][slot], &b = expected.slots[layer][slot];
+      int same = 0;
+      for (std::size_t i = 0; i < a.color.size(); ++i) {
+        const Rgb d = a.color.data()[i] - b.color.data()[i];
+        const float most = std::max({std::abs(d.r), std::abs(d.g), std::abs(d.b),
+                                     std::abs(a.coverage.data()[i] - b.coverage.data()[i])});
+        same += most < 1e-5F ? 1 : 0;
+      }
+      // All but those on a border of two windows, whose shift is rounded in the design's map.
+      EXPECT_GT(same, 0.995 * static_cast<double>(a.color.size())) << layer << " " << slot;
+    }
+  }
+}
+
+// A panel whose pixels are nowhere near a lattice, by other threads and in strips.
+TEST(Distribute, AsCalibratedDependsOnNeitherThreadsNorStrips) {
+  const Display display = Small("paper-two-layer", 72, 96);
+  Calibration calibration = DesignCalibration(display);
+  calibration.layers[1].display_from_stack.rotation =
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.08, Eigen::Vector3d(0.2, 0.1, 1).normalized()));
+  calibration.layers[1].offset_mm = {1.2, -0.7};
+  calibration.layers[1].index = 1.49;
+  calibration.layers[1].gap_mm = 6;
+  AnalyticScene scene;
+  scene.rectangles = {Plane(7, Waves(0.3))};
+  const LayerImages all = Distribute(scene, display, Options(1, 1), SilentProgress(), &calibration);
+  LayersOptions options = Options(1, 1);
+  options.memory_gib = 1e-4;
+  const ThreadLimit limit(2);
+  const SeenShares seen = Distribute(
+      scene, display, options, {},
+      [&](const EmitterRows& rows) {
+        const EmitterImage& of =
+            all.slots[static_cast<std::size_t>(rows.layer)][static_cast<std::size_t>(rows.slot)];
+        EXPECT_LT(rows.emitters.color.height(), 96);
+        for (int y = 0; y < rows.emitters.color.height(); ++y) {
+          EXPECT_EQ(std::memcmp(rows.emitters.color.row(y), of.color.row(rows.first_row + y),
+                                72 * sizeof(Rgb)),
+                    0);
+        }
+      },
+      SilentProgress(), &calibration);
+  EXPECT_EQ(seen.of_all, all.seen_share);
+  EXPECT_GT(seen.of_all, 1 - 1e-5);  // no part of a beam is lost
+}
+
 TEST(Distribute, FiltersWithALensBeam) {
   const Display display = Small("paper-two-layer", 36, 24);
   AnalyticScene scene;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "lightfield/color.h"
+#include "lightfield/error.h"
 
 namespace lamella {
 namespace {
@@ -28,6 +29,43 @@ TEST(PanelResponse, GivesTheNearestCode) {
   EXPECT_EQ(srgb.Code(std::nanf("")), 0);
   EXPECT_EQ(srgb.Code(INFINITY), 255);
   EXPECT_EQ(srgb.Code(2), 255);
+}
+
+// What two unlike panels show together is the scene's light, times what both can show of white.
+TEST(PanelResponse, MakesCalibratedLayersAlike) {
+  Display display;
+  display.name = "unlike";
+  display.layers.resize(2);
+  Calibration calibration = DesignCalibration(display);
+  Photometry& back = calibration.layers[0].emitter.photometry;
+  back.primaries << 0.9, 0.05, 0, 0.02, 0.8, 0.05, 0, 0.04, 0.7;
+  back.black = 0.004;
+  back.curve = {ToneCurve::Kind::kGamma, 2.4, {}};
+  calibration.layers[0].gain = 0.4;
+  calibration.layers[1].gain = 0.55;
+  calibration.layers[1].emitter.photometry.curve = {ToneCurve::Kind::kTable, 0, {0, 0.1, 0.4, 1}};
+  const double white = CommonWhite(calibration);
+  EXPECT_GT(white, 0.2);
+  EXPECT_LT(white, 0.4 * 0.75);
+  const Rgb light{0.6F, 0.35F, 0.8F};
+  for (int layer = 0; layer < 2; ++layer) {
+    const LayerCalibration& of = calibration.layers[static_cast<std::size_t>(layer)];
+    const Rgb8 codes = PanelResponse::Of(calibration, layer).Codes(light);
+    const Photometry& photometry = of.emitter.photometry;
+    const auto level = [&](std::uint8_t code) {
+      return photometry.black +
+             (1 - photometry.black) * LightOfCode(photometry.curve, code / 255.0);
+    };
+    const Eigen::Vector3d seen = of.gain * photometry.primaries *
+                                 Eigen::Vector3d(level(codes.r), level(codes.g), level(codes.b)) /
+                                 white;
+    EXPECT_NEAR(seen.x(), 0.6, 0.008);
+    EXPECT_NEAR(seen.y(), 0.35, 0.008);
+    EXPECT_NEAR(seen.z(), 0.8, 0.008);
+  }
+  EXPECT_NEAR(CommonWhite(DesignCalibration(display)), 0.5, 1e-12);
+  back.primaries.setOnes();
+  EXPECT_THROW(CommonWhite(calibration), Error);
 }
 
 }  // namespace

@@ -1,17 +1,14 @@
 // A simulated eye and a virtual photograph are two ways to one picture: the ray map integrated per
 // axis, and lines of sight traced from a calibration's poses through the frames' final codes.
 #include <cmath>
-#include <memory>
-#include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
 
-#include "datasets_synthetic/prototype.h"
-#include "distribute/emitter_frame.h"
-#include "distribute/encode_barrier.h"
 #include "distribute/simulate_eye.h"
 #include "lightfield/calibration.h"
+#include "pipeline/calibrated_eyes.h"
+#include "tests/pipeline/prototype_view.h"
 
 namespace lamella {
 namespace {
@@ -58,47 +55,6 @@ LayerImages Emitters(const Display& display) {
   return layers;
 }
 
-Prototype Showing(const Display& display, const LayerImages& layers) {
-  Prototype prototype{DesignCalibration(display), {}};
-  for (std::size_t l = 0; l < layers.slots.size(); ++l) {
-    const LayerCalibration& layer = prototype.calibration.layers[l];
-    ShownLayer shown;
-    for (int slot = 0; slot < 9; ++slot) {
-      const Image<Rgb8> emitter = EmitterFrame(layers.slots[l][static_cast<std::size_t>(slot)],
-                                               display, static_cast<int>(l), PanelResponse::Srgb());
-      const Image<std::uint8_t> grey = ModulatorFrame(display, static_cast<int>(l), slot);
-      Image<Rgb8> modulator(grey.width(), grey.height());
-      for (std::size_t i = 0; i < grey.size(); ++i) {
-        modulator.data()[i] = {grey.data()[i], grey.data()[i], grey.data()[i]};
-      }
-      shown.emitter.push_back(
-          std::make_shared<Image<Rgb>>(LightOfEmitter(layer.emitter, emitter.span())));
-      shown.modulator.push_back(std::make_shared<Image<float>>(
-          TransmittanceOfModulator(*layer.modulator, modulator.span())));
-    }
-    prototype.shown.push_back(std::move(shown));
-  }
-  return prototype;
-}
-
-// The view camera whose picture is the eye's raster on z = 0.
-PrototypeCamera CameraOf(const Eye& eye) {
-  PrototypeCamera camera;
-  const Eigen::Vector3d& e = eye.position;
-  camera.camera = {CameraModel::kPinhole,
-                   eye.width,
-                   eye.height,
-                   e.z() / eye.pixel_mm,
-                   e.z() / eye.pixel_mm,
-                   (e.x() - eye.left_mm) / eye.pixel_mm,
-                   (eye.top_mm - e.y()) / eye.pixel_mm,
-                   {}};
-  camera.camera_from_display.rotation =
-      Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
-  camera.camera_from_display.translation = -(camera.camera_from_display.rotation * e);
-  return camera;
-}
-
 // Of linear light, peak 1; the photograph times `gain`.
 double PsnrDb(const Image<Rgb>& eye, const Image<Rgb>& photograph, double gain) {
   double sum = 0, count = 0;
@@ -115,7 +71,7 @@ double PsnrDb(const Image<Rgb>& eye, const Image<Rgb>& photograph, double gain) 
 TEST(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
   const Display display = SmallPrototype();
   const LayerImages layers = Emitters(display);
-  const Prototype prototype = Showing(display, layers);
+  const Prototype prototype = Showing(display, DesignCalibration(display), layers);
   for (const double x : {0.0, 24.5}) {
     Eye eye;
     eye.position = {x, -x / 2, 600};
@@ -140,6 +96,40 @@ TEST(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
     Eye beside = eye;
     beside.left_mm += eye.pixel_mm;
     EXPECT_LT(agreement(beside), 25);
+  }
+}
+
+// The preview's eyes before a calibrated display, where the calibration says that it is as
+// designed; with emitters of which nothing is known.
+TEST(CalibratedEyes, SeeWhatSimulatedEyesSeeOfADisplayAsDesigned) {
+  LayersRecord record;
+  record.display = SmallPrototype();
+  record.calibration = DesignCalibration(record.display);
+  // Light that two panels share unequally is made up for.
+  record.calibration->layers[0].gain = 0.7;
+  LayerImages layers = Emitters(record.display);
+  for (EmitterImage& slot : layers.slots[1]) {
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < record.display.width_px; ++x) {
+        slot.color(x, y) = {};
+        slot.coverage(x, y) = 0;
+      }
+    }
+  }
+  Eye eye;
+  eye.position = {12, -7, 600};
+  eye.pixel_mm = 4 * record.display.pitch_mm;
+  eye.width = 50;
+  eye.height = 34;
+  eye.left_mm = -eye.width * eye.pixel_mm / 2;
+  eye.top_mm = eye.height * eye.pixel_mm / 2;
+  const EyePicture expected = SimulateEye(layers, record.display, eye);
+  const EyePicture seen = CalibratedEyes(record, layers).See(eye, {}, 256);
+  EXPECT_GT(PsnrDb(expected.color, seen.color, 1), 40);
+  for (int y = 0; y < eye.height; ++y) {
+    for (int x = 0; x < eye.width; ++x) {
+      EXPECT_NEAR(seen.coverage(x, y), expected.coverage(x, y), 0.15) << x << " " << y;
+    }
   }
 }
 

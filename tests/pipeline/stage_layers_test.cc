@@ -12,6 +12,7 @@
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "lightfield/ray_map.h"
+#include "pipeline/calibration_record.h"
 #include "pipeline/depth_record.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/poses_record.h"
@@ -95,6 +96,16 @@ StageReport MakeLayers(const Workspace& workspace, const LayersOptions& options)
   StageReport report = RunLayers(workspace, options, {}, run, SilentProgress());
   run.Commit(report, 0, 0);
   return report;
+}
+
+// Mean over pixels and channels.
+double Difference(const Image<Rgb>& a, const Image<Rgb>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Rgb d = a.data()[i] - b.data()[i];
+    sum += static_cast<double>(std::abs(d.r) + std::abs(d.g) + std::abs(d.b)) / 3;
+  }
+  return sum / static_cast<double>(a.size());
 }
 
 // Where a line of the display meets a plane of the world, by the placement's matrix.
@@ -184,6 +195,51 @@ TEST(StageLayers, SaysWhyAShallowSceneDoesNotUseTheWholeBudget) {
   const StageReport report = MakeLayers(workspace, options);
   ASSERT_EQ(report.warnings.size(), 1U);
   EXPECT_THAT(report.warnings[0], HasSubstr("shallower than the depth budget"));
+}
+
+TEST(StageLayers, MakesRaysOfTheCalibrationAndKeepsIt) {
+  const Workspace workspace = WithCapture();
+  LayersOptions options = SmallDisplay(workspace);
+  MakeLayers(workspace, options);
+  const LayerImages design = LoadLayerImages(workspace, LoadLayersRecord(workspace));
+  EXPECT_FALSE(LoadLayersRecord(workspace).calibration);
+  Calibration calibration = DesignCalibration(LoadLayersRecord(workspace).display);
+  calibration.layers[0].offset_mm = {0.7, -0.4};
+  options.calibration = (workspace.root() / "true.json").string();
+  SaveCalibration(options.calibration, calibration);
+  MakeLayers(workspace, options);
+  const LayersRecord record = LoadLayersRecord(workspace);
+  ASSERT_TRUE(record.calibration);
+  EXPECT_EQ(CalibrationText(*record.calibration), CalibrationText(calibration));
+  const LayerImages images = LoadLayerImages(workspace, record);
+  // Of the layer whose emitter moved, and of the other one.
+  EXPECT_GT(Difference(images.slots[0][4].color, design.slots[0][4].color), 0.01);
+  EXPECT_LT(Difference(images.slots[1][4].color, design.slots[1][4].color), 0.001);
+}
+
+TEST(StageLayers, RefusesACalibrationThatIsNotOfTheDisplay) {
+  const Workspace workspace = WithCapture();
+  LayersOptions options = SmallDisplay(workspace);
+  options.calibration = (workspace.root() / "true.json").string();
+  const auto refusal = [&] {
+    try {
+      MakeLayers(workspace, options);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::kInput);
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(refusal(), HasSubstr("true.json"));  // there is none
+  WriteTextAtomically(options.calibration, "{\"format_version\": 1, \"lay");
+  EXPECT_THAT(refusal(), HasSubstr("true.json"));
+  Calibration calibration = DesignCalibration(FindDisplay(options.display));
+  calibration.display = "another";
+  SaveCalibration(options.calibration, calibration);
+  EXPECT_THAT(refusal(), HasSubstr("is of the display \"another\""));
+  calibration = DesignCalibration(FindDisplay("paper-two-layer"));
+  SaveCalibration(options.calibration, calibration);
+  EXPECT_THAT(refusal(), HasSubstr("has a panel of 1920 x 1080 px"));
 }
 
 TEST(StageLayers, RefusesUnknownDisplaysAndViews) {

@@ -127,6 +127,22 @@ TEST(VisualJson, MayBeBareMayLackWhatOldFilesLackAndMayHoldMore) {
   EXPECT_EQ(visual.fringe, 0);
 }
 
+TEST(VisualJson, IsWrittenAsItWasRead) {
+  const VisualJson visual = Read(ThirdVersion());
+  const fs::path path = ScratchFolder() / "visual.json";
+  WriteVisualJson(path, visual);
+  const VisualJson again = ReadVisualJson(path);
+  for (int row = 0; row < 4; ++row) {
+    for (int channel = 0; channel < 3; ++channel) {
+      EXPECT_EQ(LookingGlassView(again.panel, 17 * row, row, channel),
+                LookingGlassView(visual.panel, 17 * row, row, channel));
+    }
+  }
+  EXPECT_EQ(again.serial, visual.serial);
+  EXPECT_EQ(again.view_cone_deg, visual.view_cone_deg);
+  EXPECT_EQ(again.invert_views, visual.invert_views);
+}
+
 TEST(VisualJson, MistakesNameFileAndField) {
   const auto with = [](const char* key, const Json& value) {
     Json file = ThirdVersion();

@@ -1,4 +1,5 @@
 """kill -9 at random moments, other thread counts, second runs: always the same bytes."""
+import json
 import os
 import random
 import signal
@@ -94,6 +95,36 @@ class Grid(Same):
         self.complete(workspace, "--border-mm", "2")
         self.assertEqual(depth, (workspace / "depth" / "stage.json").stat().st_mtime_ns)
         self.assertNotEqual(layers, (workspace / "layers" / "stage.json").stat().st_mtime_ns)
+
+    def test_another_calibration_runs_only_what_depends_on_it(self):
+        workspace, calibration = self.dir / "w", self.dir / "calibration.json"
+        name = self.display.read_text().split('name = "')[1].split('"')[0]
+        shots = self.dir / "shots.json"
+        layers = self.display.read_text().count("[[layer]]")
+        shots.write_text(json.dumps({"format_version": 1, "shots": [{"name": "dark", "layers": [{}] * layers}]}))
+        made = run("synth", "photos", "--display", self.display, "--shots", shots, "--eyes=0,0,500",
+                   "--raster=0,1,1,1,1", "--samples", "1", "--out", self.dir / "truth")
+        self.assertEqual(made.code, 0, made.err)
+        truth = json.loads((self.dir / "truth" / "calibration.json").read_text())
+        self.assertEqual(truth["display"], name)
+        truth["layers"][0]["emitter_offset_mm"] = [0.3, 0.1]
+        calibration.write_text(json.dumps(truth))
+        first = self.complete(workspace, "--calibration", calibration)
+        self.assertEqual(json.loads((workspace / "layers" / "calibration.json").read_text())["layers"][0]
+                         ["emitter_offset_mm"], [0.3, 0.1])
+        self.assertEqual(json.loads((workspace / "frames" / "frames.json").read_text())["response"]["curve"],
+                         "calibration")
+        times = {stage: (workspace / stage / "stage.json").stat().st_mtime_ns for stage in STAGES}
+        truth["layers"][0]["emitter_offset_mm"] = [0.1, 0.3]
+        calibration.write_text(json.dumps(truth))
+        self.assertRegex(run("status", workspace).out, r"depth +done[\s\S]*layers +out of date[\s\S]*frames +out of date")
+        second = self.complete(workspace)
+        after = {stage: (workspace / stage / "stage.json").stat().st_mtime_ns for stage in STAGES}
+        self.assertEqual([s for s in STAGES if times[s] != after[s]], ["layers", "frames", "preview"])
+        self.assertNotEqual(first, second)
+        truth["display"] = "another"
+        calibration.write_text(json.dumps(truth))
+        self.assert_refused(run(*command(self, workspace)), 3, "another")
 
     def test_status_knows_what_is_done_and_what_is_not(self):
         workspace = self.dir / "w"
