@@ -60,8 +60,6 @@ std::vector<LayerBeams> EnclosingBeams(const Display& display,
   return beams;
 }
 
-constexpr double kGib = 1073741824;
-
 // Emitters with beams of their own lie between those that enclose them.
 void WidenSamples(const Display& display, int samples_per_pixel, std::vector<SampleRange>& nodes) {
   int emitters = 2;

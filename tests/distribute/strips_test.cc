@@ -90,10 +90,10 @@ TEST(Strips, AreEvenWholeBlocksAndAsFewAsFit) {
   for (int layer = 0; layer < 2; ++layer) beams.push_back(EnclosingBeamsOf(display, layer));
   const NodeLattice nodes = NodesFor(display, beams, 1, 1, Kernel::kBeam);
   const Everything source;
-  const double all = BytesOfStrips(display, nodes, source, 1080);
-  EXPECT_EQ(StripsOf(display, nodes, source, all).size(), 1U);
+  const double all = BytesOfStrips(display, nodes, source, false, 1080);
+  EXPECT_EQ(StripsOf(display, nodes, source, false, all).size(), 1U);
   for (const double share : {0.95, 0.6, 0.4, 0.25, 0.0}) {
-    const std::vector<Strip> strips = StripsOf(display, nodes, source, share * all);
+    const std::vector<Strip> strips = StripsOf(display, nodes, source, false, share * all);
     int row = 0;
     for (const Strip& strip : strips) {
       EXPECT_EQ(strip.first_row, row);
@@ -105,8 +105,8 @@ TEST(Strips, AreEvenWholeBlocksAndAsFewAsFit) {
     const int count = static_cast<int>(strips.size());
     EXPECT_LT(strips[0].rows(), 1080 / count + kBlockRows);
     if (share == 0) continue;
-    EXPECT_LE(BytesOfStrips(display, nodes, source, strips[0].rows()), share * all);
-    EXPECT_GT(BytesOfStrips(display, nodes, source, 1080 / (count - 1)), share * all);
+    EXPECT_LE(BytesOfStrips(display, nodes, source, false, strips[0].rows()), share * all);
+    EXPECT_GT(BytesOfStrips(display, nodes, source, false, 1080 / (count - 1)), share * all);
   }
 }
 
