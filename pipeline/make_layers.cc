@@ -18,6 +18,8 @@ namespace lamella {
 namespace {
 
 constexpr double kGib = 1073741824;
+// Of all memory, what the allocator takes beyond what is asked of it: fragments, large pages.
+constexpr double kAllocatorShare = 0.06;
 
 // Gives the distribution what --memory leaves it; says so where that is too little.
 LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& world,
@@ -26,11 +28,10 @@ LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& worl
   const double loading = PeakMemory::OwnMib() / 1024;
   const double held = ResidentMib() / 1024 + files.Bytes() / kGib;
   LayersOptions left = options;
-  left.memory_gib = std::max(options.memory_gib - held, 0.0);
-  const double strip = LeastBytes(world, record.display, options,
-                                  record.calibration ? &*record.calibration : nullptr) /
-                       kGib;
-  const double least = std::max(loading, held + strip);
+  left.memory_gib = std::max((1 - kAllocatorShare) * options.memory_gib - held, 0.0);
+  const Calibration* calibration = record.calibration ? &*record.calibration : nullptr;
+  const double strip = LeastBytes(world, record.display, options, calibration) / kGib;
+  const double least = std::max(loading, (held + strip) / (1 - kAllocatorShare));
   if (options.memory_gib < least) {
     warnings.push_back(fmt::format(
         "--memory {:g} cannot be held: the views took {:.2f} GiB while they were read, "

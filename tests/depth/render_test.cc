@@ -304,13 +304,13 @@ TEST(CaptureSource, LeavesOutWhatNoViewSawWhereItIsNotGuessed) {
   RenderOptions seen_only;
   seen_only.guess_unseen = false;
   const auto views = [&] {
-    std::vector<DepthView> views = NineViews(scene);
-    for (DepthView& v : views) {
+    std::vector<DepthView> made = NineViews(scene);
+    for (DepthView& v : made) {
       for (int y = 30; y < 60; ++y) {
         for (int x = 40; x < 80; ++x) v.depth.depth(x, y) = v.depth.confidence(x, y) = 0;
       }
     }
-    return views;
+    return made;
   };
   // Looks past the pictures, too.
   const RayBundle bundle = BundleOfCamera(PinholeOf(kWidth, kHeight, kFocal), PoseAt({1.1, 0, 0}));
