@@ -59,7 +59,7 @@ class JointProblem {
 
   void AddNumbers(double* values, const std::vector<int>& columns);
   void AddRotation(double* xyzw, int first_column);
-  void AddLayer(std::size_t layer);
+  void AddLayer(std::size_t i);
   void AddParameters();
   void AddPhoto(const Structure& structure, const PanelPhoto& photo, std::size_t number,
                 const Weighting& weighting);
