@@ -115,16 +115,15 @@ void CheckCells(const Fit& fit, const Structure& structure, const Observations& 
                                         });
     if (worst == map.cells.end() || !(Excess(*worst, left_out) > 1)) continue;
     const auto place = static_cast<int>(worst - map.cells.begin());
+    const int column = place % ResidualMap::kColumns, row = place / ResidualMap::kColumns;
     const PanelCalibration& panel = structure.Panel(map.panel);
     failures.push_back(
         {fmt::format(
              "rays through a part of {}: around its column {:.0f} and row {:.0f} points are "
              "off by {:.3f} px on the mean, and {} of {} were left out",
-             NameOf(map.panel),
-             (place % ResidualMap::kColumns + 0.5) / ResidualMap::kColumns * panel.width_px,
-             (static_cast<double>(place / ResidualMap::kColumns) + 0.5) / ResidualMap::kRows *
-                 panel.height_px,
-             worst->mean_px.norm(), worst->num_left_out, worst->num_points + worst->num_left_out),
+             NameOf(map.panel), (column + 0.5) / ResidualMap::kColumns * panel.width_px,
+             (row + 0.5) / ResidualMap::kRows * panel.height_px, worst->mean_px.norm(),
+             worst->num_left_out, worst->num_points + worst->num_left_out),
          "photograph that panel's sinusoids as well (--mode precise) from 3 or 4 of the positions; "
          "look for glare there and at the display's gap_mm and index"});
   }

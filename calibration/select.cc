@@ -94,6 +94,7 @@ class Scores {
   // In units of the larger model's variance; no number where the group is not determined.
   double FallOf(bool FreeGroups::*group) const {
     const std::vector<int> own = ColumnsOfGroup(columns_, group);
+    if (own.empty()) return 0;
     const Eigen::MatrixXd gain = base_hessian_.solve(hessian_(base_, own)).transpose();
     const Eigen::MatrixXd left = hessian_(own, own) - gain * hessian_(base_, own);
     const Eigen::VectorXd slope = gradient_(own) - gain * gradient_(base_);
@@ -110,6 +111,22 @@ class Scores {
   Eigen::VectorXd gradient_, scale_;
   Eigen::LDLT<Eigen::MatrixXd> base_hessian_;
 };
+
+// Groups that are held, what lowers chi^2 most first: it takes the place of what else would seem to
+// be asked for. Equal ones in their order.
+std::vector<Candidate> ByScore(const Scores& scores, const FreeGroups& free) {
+  std::vector<std::pair<double, Candidate>> falls;
+  for (const Candidate& candidate : kCandidates) {
+    if (free.*candidate.group) continue;
+    const double fall = scores.FallOf(candidate.group);
+    falls.emplace_back(std::isfinite(fall) ? fall : 0, candidate);
+  }
+  std::stable_sort(falls.begin(), falls.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Candidate> order;
+  for (const auto& [fall, candidate] : falls) order.push_back(candidate);
+  return order;
+}
 
 std::string NotAskedFor(const GroupVerdict& verdict) {
   return fmt::format(
@@ -255,8 +272,8 @@ Selection SelectGroups(const CalibrationState& start, const Structure& structure
   bool again = true;
   for (int pass = 0; again && pass < 3; ++pass) {
     again = false;
-    std::optional<Scores> scores;
-    for (const Candidate& candidate : kCandidates) {
+    std::optional<Scores> scores(std::in_place, fit, structure, observations);
+    for (const Candidate& candidate : ByScore(*scores, fit.free)) {
       if (Try(candidate, structure, observations, box, scores, selection)) again = true;
     }
   }

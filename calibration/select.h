@@ -25,8 +25,9 @@ struct Selection {
   std::vector<GroupVerdict> verdicts;  // in the order in which they were tried
 };
 
-// From starting values (initialise.h): the base model, then tries in this order: thickness of a
-// plate (where the design has one), bow, scale, aspect and skew, k3, index. A group is freed where
+// From starting values (initialise.h): the base model, then tries thickness of a plate (where the
+// design has one), bow, scale, aspect and skew, k3, index; first what would lower chi^2 most (Rao's
+// score test, which also spares the solution with what is not asked for). A group is freed where
 // all hold:
 //   chi^2 falls by more than q ln N for its q parameters (variance of the larger model)
 //   every direction of all parameters stays known (degeneracy >= 100)
