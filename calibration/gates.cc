@@ -15,6 +15,8 @@ namespace {
 constexpr double kLargestSlipPx = 0.05, kLargestCellPx = 0.03, kLargestLeftOut = 0.35;
 constexpr double kLeastChi2 = 0.7, kMostChi2 = 1.5, kMostHeldOut = 1.3;
 constexpr double kChance = 4;  // standard deviations
+// chi^2 of a point below which residuals are what rounding leaves: a hundredth of its deviation.
+constexpr double kRounding = 1e-4;
 
 void CheckSlip(const Fit& fit, std::vector<Weakness>& failures) {
   if (fit.columns.slip.empty() || fit.weighting.slip_sd_px <= kLargestSlipPx) return;
@@ -58,7 +60,7 @@ void CheckChi2(const Fit& fit, const Structure& structure, const Observations& o
       ++chi2->num;
     }
   });
-  if (!(all.is > 0)) return;
+  if (!(all.is > kRounding * all.num)) return;
   for (auto& [panel, chi2] : panels) {
     chi2.expected = all.is * chi2.num / all.num;
     if (chi2.Within()) continue;
