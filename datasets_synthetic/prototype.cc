@@ -356,7 +356,9 @@ class Exposing {
     constexpr double kClosePx = 1e-3;
     std::array<SightHit, 4> corners;
     for (int c = 0; c < 4; ++c) {
-      const auto hit = Hit(layer, rect.x + c % 2 * rect.width, rect.y + c / 2 * rect.height);
+      const int x = rect.x + (c % 2 == 0 ? 0 : rect.width);
+      const int y = rect.y + (c < 2 ? 0 : rect.height);
+      const auto hit = Hit(layer, x, y);
       if (!hit) return std::nullopt;
       corners[static_cast<std::size_t>(c)] = *hit;
     }

@@ -298,9 +298,9 @@ TEST(Prototype, SeesBetweenAPixelsCornersWhatLinesOfSightSee) {
   for (const auto& [x, y] : {std::pair(22, 18), {31, 40}, {40, 30}, {55, 21}, {3, 3}}) {
     double sum = 0;
     for (int i = 0; i < kSide * kSide; ++i) {
-      const auto direction = Unproject(
-          camera.camera,
-          {x + (i % kSide + 0.5) / kSide, y + (static_cast<double>(i / kSide) + 0.5) / kSide});
+      const int column = i % kSide, row = i / kSide;
+      const auto direction =
+          Unproject(camera.camera, {x + (column + 0.5) / kSide, y + (row + 0.5) / kSide});
       const Rgb light = LightAlong(prototype, display_from_camera.translation,
                                    display_from_camera.rotation * *direction);
       sum += static_cast<double>(light.r) / (kSide * kSide);
