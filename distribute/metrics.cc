@@ -85,9 +85,8 @@ class ChannelSimilarity {
   void Enter(int y) {
     const auto padded = [&](ImageSpan<const Rgb8> picture) {
       std::vector<double> row(static_cast<std::size_t>(a_.width + 2 * kRadius), 0.0);
-      for (int x = 0; x < a_.width; ++x) {
-        row[static_cast<std::size_t>(x + kRadius)] = Channel(picture(x, y), channel_);
-      }
+      double* of_picture = row.data() + kRadius;
+      for (int x = 0; x < a_.width; ++x) of_picture[x] = Channel(picture(x, y), channel_);
       return row;
     };
     HorizontalMoments(window_, padded(a_).data(), padded(b_).data(), a_.width, ring_[PlaceOf(y)]);

@@ -165,9 +165,8 @@ TEST(Distribute, AsCalibratedDependsOnNeitherThreadsNorStrips) {
             all.slots[static_cast<std::size_t>(rows.layer)][static_cast<std::size_t>(rows.slot)];
         EXPECT_LT(rows.emitters.color.height(), 96);
         for (int y = 0; y < rows.emitters.color.height(); ++y) {
-          EXPECT_EQ(std::memcmp(rows.emitters.color.row(y), of.color.row(rows.first_row + y),
-                                72 * sizeof(Rgb)),
-                    0);
+          const Rgb* expected = of.color.row(rows.first_row + y);
+          EXPECT_TRUE(std::equal(expected, expected + 72, rows.emitters.color.row(y)));
         }
       },
       SilentProgress(), &calibration);
