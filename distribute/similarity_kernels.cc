@@ -66,7 +66,8 @@ void SimilarityOfRow(const SimilarityWindow& window,
     for (std::size_t k = 0; k < kNumMeans; ++k) {
       auto sum = hn::Zero(d);
       for (int i = -kRadius; i <= kRadius; ++i) {
-        const RowMoments* row = rows[static_cast<std::size_t>(i + kRadius)];
+        const int place = i + kRadius;
+        const RowMoments* row = rows[static_cast<std::size_t>(place)];
         if (row == nullptr) continue;
         const double weight = window.weights[static_cast<std::size_t>(i < 0 ? -i : i)];
         sum = sum + hn::Set(d, weight) * hn::LoadU(d, &row->means[k][x]);

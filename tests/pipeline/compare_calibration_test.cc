@@ -44,8 +44,9 @@ RayDifference Tangents(double index) {
   double sum = 0, largest = 0;
   for (const double z : {650, 800, 950}) {
     for (int k = 0; k < 9 * 35; ++k) {
-      const double x = ((k % 7 + 0.5) / 7 - 0.5) * 1920 * 0.31125 - 290 * (k / 35 % 3 - 1);
-      const double y = ((k / 7 % 5 + 0.5) / 5 - 0.5) * 1080 * 0.31125 - 100 * (k / 105 - 1);
+      const int column = k % 7, row = k / 7 % 5, eye_x = k / 35 % 3 - 1, eye_y = k / 105 - 1;
+      const double x = ((column + 0.5) / 7 - 0.5) * 1920 * 0.31125 - 290 * eye_x;
+      const double y = ((row + 0.5) / 5 - 0.5) * 1080 * 0.31125 - 100 * eye_y;
       const double sine2 = (x * x + y * y) / (x * x + y * y + z * z) / (index * index);
       sum += sine2 / (1 - sine2) / (27 * 35);
       largest = std::max(largest, std::sqrt(sine2 / (1 - sine2)));
