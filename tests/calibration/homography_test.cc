@@ -11,8 +11,10 @@ namespace {
 
 Eigen::Matrix2Xd Grid(int columns, int rows) {
   Eigen::Matrix2Xd points(2, columns * rows);
-  for (int i = 0; i < points.cols(); ++i)
-    points.col(i) << 20.0 * (i % columns), 15.0 * (i / columns);
+  for (int i = 0; i < points.cols(); ++i) {
+    const int column = i % columns, row = i / columns;
+    points.col(i) << 20.0 * column, 15.0 * row;
+  }
   return points;
 }
 
