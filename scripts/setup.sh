@@ -12,7 +12,7 @@ packages=(
   # libraries (docs/decisions/ says why where it is not obvious)
   libeigen3-dev libtbb-dev libopenimageio-dev openimageio-tools libembree-dev libssl-dev
   libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libxxhash-dev libhwy-dev
-  libsqlite3-dev libceres-dev libopencv-dev
+  libsqlite3-dev libceres-dev libgoogle-glog-dev libopencv-dev
   # programs that lamella runs
   colmap
   # to test and to check

@@ -2,6 +2,7 @@
 #include "distribute/distribute.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -143,9 +144,26 @@ TEST(Distribute, AsCalibratedIsAsDesignedWhereNothingIsAskew) {
   }
 }
 
+// A source that knows how many rays were asked for at a time, at most.
+class Watched final : public RaySource {
+ public:
+  explicit Watched(const RaySource& source) : source_(source) {}
+  void Query(const RayBundle& bundle, const Rect& rectangle,
+             ImageSpan<RaySample> samples) const override {
+    int most = most_rows.load();
+    while (rectangle.height > most && !most_rows.compare_exchange_weak(most, rectangle.height)) {
+    }
+    source_.Query(bundle, rectangle, samples);
+  }
+  mutable std::atomic<int> most_rows{0};
+
+ private:
+  const RaySource& source_;
+};
+
 // A panel whose pixels are nowhere near a lattice, by other threads and in strips.
 TEST(Distribute, AsCalibratedDependsOnNeitherThreadsNorStrips) {
-  const Display display = Small("paper-two-layer", 72, 96);
+  const Display display = Small("paper-two-layer", 24, 200);
   Calibration calibration = DesignCalibration(display);
   calibration.layers[1].display_from_stack.rotation =
       Eigen::Quaterniond(Eigen::AngleAxisd(0.08, Eigen::Vector3d(0.2, 0.1, 1).normalized()));
@@ -158,18 +176,19 @@ TEST(Distribute, AsCalibratedDependsOnNeitherThreadsNorStrips) {
   LayersOptions options = Options(1, 1);
   options.memory_gib = 1e-4;
   const ThreadLimit limit(2);
+  const Watched watched(scene);
   const SeenShares seen = Distribute(
-      scene, display, options, {},
+      watched, display, options, {},
       [&](const EmitterRows& rows) {
         const EmitterImage& of =
             all.slots[static_cast<std::size_t>(rows.layer)][static_cast<std::size_t>(rows.slot)];
-        EXPECT_LT(rows.emitters.color.height(), 96);
         for (int y = 0; y < rows.emitters.color.height(); ++y) {
           const Rgb* expected = of.color.row(rows.first_row + y);
-          EXPECT_TRUE(std::equal(expected, expected + 72, rows.emitters.color.row(y)));
+          EXPECT_TRUE(std::equal(expected, expected + 24, rows.emitters.color.row(y)));
         }
       },
       SilentProgress(), &calibration);
+  EXPECT_LT(watched.most_rows, 180) << "there are strips";
   EXPECT_EQ(seen.of_all, all.seen_share);
   EXPECT_GT(seen.of_all, 1 - 1e-5);  // no part of a beam is lost
 }
