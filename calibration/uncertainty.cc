@@ -63,9 +63,8 @@ std::vector<ProbedRay> RaysToProbe(const Structure& structure, const EyeBox& box
     for (const Vector3d& eye : box.Eyes()) {
       for (int row = 0; row < 5; ++row) {
         for (int column = 0; column < 7; ++column) {
-          rays.push_back({other,
-                          {(column + 0.5) / 7 * panel.width_px, (row + 0.5) / 5 * panel.height_px},
-                          eye});
+          rays.push_back(
+              {other, {column / 6.0 * panel.width_px, row / 4.0 * panel.height_px}, eye});
         }
       }
     }

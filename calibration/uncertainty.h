@@ -25,7 +25,8 @@ struct ProbedRay {
   Eigen::Vector2d reference_px;
   Eigen::Vector3d eye_mm;
 };
-// 7 x 5 pixels of the reference panel, all eyes, every other panel, in a fixed order.
+// 7 x 5 pixels of the reference panel from edge to edge, where errors are largest, all eyes, every
+// other panel, in a fixed order.
 std::vector<ProbedRay> RaysToProbe(const Structure& structure, const EyeBox& box);
 
 // The pixels that a calibration gives for the rays, 2 x rays; NaN where it never meets the panel.
