@@ -106,7 +106,7 @@ SceneAnalysis AnalyzeWorkspace(const Workspace& workspace, const Display& displa
         fmt::format("names the view \"{}\", which the poses have not", placement.reference_view),
         "run `lamella layers` again");
   }
-  const Image<Rgb> picture = ReadImage(view->image);
+  const Image<Rgb> picture = workspace.photographs().Linear(view->image);
   const DepthMap map = LoadDepthMap(workspace.Stage("depth") / (view->name + ".exr"));
   return {placement.reference_view, record.display.name, placement.viewing_distance_mm,
           AnalyzeScene(display, analysis, placement, picture.span(), map.depth.span())};

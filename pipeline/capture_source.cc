@@ -20,7 +20,7 @@ std::unique_ptr<RaySource> LoadCaptureSource(
   ParallelForEach(0, count, [&](std::int64_t i) {
     DepthView& view = views[static_cast<std::size_t>(i)];
     view.view = std::move(set.views[static_cast<std::size_t>(i)]);
-    view.color = ReadImage(view.view.image);
+    view.color = workspace.photographs().Linear(view.view.image);
     view.depth = LoadDepthMap(workspace.Stage("depth") / (view.view.name + ".exr"));
     if (look) look(static_cast<std::size_t>(i), view);
     progress.Advance();

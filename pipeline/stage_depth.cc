@@ -26,12 +26,13 @@ constexpr const char* kPassesFolder = "passes";  // maps before the last pass; r
 
 class FileStore final : public DepthStore {
  public:
-  FileStore(const ViewSet& set, const StageRun& run, int num_passes)
-      : set_(set), run_(run), num_passes_(num_passes) {
+  FileStore(const ViewSet& set, const PhotographStore& photographs, const StageRun& run,
+            int num_passes)
+      : set_(set), photographs_(photographs), run_(run), num_passes_(num_passes) {
     for (int pass = 0; pass + 1 < num_passes; ++pass)
       CreateFolder((run.folder() / File(pass, 0)).parent_path());
   }
-  Image<Rgb8> Photograph(int view) override { return ReadSrgb8(ViewAt(view).image); }
+  Image<Rgb8> Photograph(int view) override { return photographs_.Codes(ViewAt(view).image); }
   bool Has(int pass, int view) const override { return run_.Finished(File(pass, view)); }
   DepthMap Load(int pass, int view) override {
     return LoadDepthMap(run_.folder() / File(pass, view));
@@ -50,6 +51,7 @@ class FileStore final : public DepthStore {
     return pass + 1 == num_passes_ ? name : fmt::format("{}/{}/{}", kPassesFolder, pass, name);
   }
   const ViewSet& set_;
+  const PhotographStore& photographs_;
   const StageRun& run_;
   int num_passes_;
 };
@@ -208,7 +210,7 @@ StageReport RunDepth(const Workspace& workspace, const DepthOptions& options, St
                      Progress& progress) {
   const ViewSet set = LoadViewSet(workspace);
   const bool given = options.source == "given";
-  FileStore store(set, run, given ? 1 : NumDepthPasses(set, options));
+  FileStore store(set, workspace.photographs(), run, given ? 1 : NumDepthPasses(set, options));
   DepthReport depth =
       given ? TakeGivenDepth(set, store, progress) : EstimateDepth(set, options, store, progress);
   const std::vector<MapCounts> counts = CountMaps(set, store);

@@ -49,7 +49,7 @@ std::vector<PosedView> PosedViews(const CaptureRecord& capture, const ColmapMode
 std::string UndistortedFile(const std::string& name) { return "colmap/images/" + name + ".png"; }
 
 void WriteUndistorted(const std::vector<PosedView>& posed, const StageRun& run,
-                      Progress& progress) {
+                      PhotographStore& photographs, Progress& progress) {
   if (std::all_of(posed.begin(), posed.end(), std::mem_fn(&PosedView::IsOriginal))) return;
   progress.Start("undistort", static_cast<std::int64_t>(posed.size()), "views");
   CreateFolder(run.folder() / "colmap" / "images");
@@ -58,7 +58,9 @@ void WriteUndistorted(const std::vector<PosedView>& posed, const StageRun& run,
     const std::string file = UndistortedFile(view.captured->name);
     if (!view.IsOriginal() && !run.Finished(file)) {
       const Image<Rgb> image = ReadImage(view.captured->file);
-      WriteSrgb8(run.folder() / file, Undistort(image, view.camera, view.pinhole).span());
+      Image<Rgb8> codes = EncodeSrgb8(Undistort(image, view.camera, view.pinhole).span());
+      WriteCodes8(run.folder() / file, codes.span(), 95, PngCoding::kPhotograph);
+      photographs.Add(run.folder() / file, std::move(codes));
     }
     progress.Advance();
   });
@@ -128,14 +130,14 @@ StageReport ReportOf(Reconstruction& reconstruction, const std::vector<PosedView
 }
 
 StageReport PosePhotographs(const CaptureRecord& capture, const PosesOptions& options,
-                            StageRun& run, Progress& progress) {
+                            PhotographStore& photographs, StageRun& run, Progress& progress) {
   Reconstruction reconstruction =
       Reconstruct(capture,
                   {{options.image_size_px, options.features, options.first_octave},
                    options.refine_principal_point},
                   run.folder() / "scratch", progress);
   const std::vector<PosedView> posed = PosedViews(capture, reconstruction.model, options);
-  WriteUndistorted(posed, run, progress);
+  WriteUndistorted(posed, run, photographs, progress);
   ViewSet set;
   set.views = UndistortedViews(posed, run.folder());
   std::vector<PointDetail> details;
@@ -173,7 +175,8 @@ StageReport RunPoses(const Workspace& workspace, const PosesOptions& options, St
                      Progress& progress) {
   const CaptureRecord capture = LoadCapture(workspace);
   const std::optional<std::vector<View>> known = KnownViews(capture);
-  if (!known || !FindRegularGrid(*known)) return PosePhotographs(capture, options, run, progress);
+  if (!known || !FindRegularGrid(*known))
+    return PosePhotographs(capture, options, workspace.photographs(), run, progress);
   SaveViewSet(run.folder(), {*known, {}}, {});
   StageReport report;
   report.summary = {{"registered", fmt::format("{0} of {0}", known->size())},

@@ -186,9 +186,10 @@ void WriteOverview(const Workspace& workspace, const std::filesystem::path& path
                    const PreviewResult& result, int positions) {
   const std::size_t n = static_cast<std::size_t>(positions), row = n / 2;
   const EyeResult& middle = result.grid[row * n + row];
-  const Image<Rgb8> overview = Overview(
-      ReadImage(view.image).span(), LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")),
-      layers, record.display, middle.eye, middle.simulated.codes.span());
+  const Image<Rgb8> overview =
+      Overview(workspace.photographs().Linear(view.image).span(),
+               LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")), layers,
+               record.display, middle.eye, middle.simulated.codes.span());
   WriteCodes8(path, overview.span(), kOverviewQuality);
 }
 

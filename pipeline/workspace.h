@@ -1,24 +1,32 @@
 // The workspace of DESIGN section 7: a folder per stage, a stage.json where it is finished.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "pipeline/photograph_store.h"
+
 namespace lamella {
 
 class Workspace {
  public:
-  explicit Workspace(std::filesystem::path root) : root_(std::move(root)) {}
+  // Of undistorted photographs, `kept_bytes` are handed from stage to stage in memory, too.
+  explicit Workspace(std::filesystem::path root, std::size_t kept_bytes = 0)
+      : root_(std::move(root)), photographs_(std::make_shared<PhotographStore>(kept_bytes)) {}
   const std::filesystem::path& root() const { return root_; }
   std::filesystem::path Stage(const std::string& stage) const { return root_ / stage; }
   std::filesystem::path Options() const { return root_ / "lamella.toml"; }
+  PhotographStore& photographs() const { return *photographs_; }
 
  private:
   std::filesystem::path root_;
+  std::shared_ptr<PhotographStore> photographs_;
 };
 
 // What a stage says of itself: it stands in stage.json, `status` and the page show it.

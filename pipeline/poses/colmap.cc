@@ -150,10 +150,9 @@ void Colmap::ExtractFeatures(const std::vector<std::string>& names,
   ColmapDatabase(Database()).NumberImages(names);
 }
 
-void Colmap::ImportMatches(const fs::path& list, int num_pairs) {
-  progress_.Start("verify matches", num_pairs, "pairs");
+void Colmap::ImportMatchesInto(const fs::path& database, const fs::path& list) {
   const std::vector<std::string> arguments = {"--database_path",
-                                              Database().string(),
+                                              database.string(),
                                               "--match_list_path",
                                               list.string(),
                                               "--match_type",
@@ -163,6 +162,24 @@ void Colmap::ImportMatches(const fs::path& list, int num_pairs) {
                                               "--SiftMatching.num_threads",
                                               "1"};
   Require("matches_importer", Run("matches_importer", arguments, Counter(progress_, " - ")));
+}
+
+void Colmap::ImportMatches(const std::vector<fs::path>& lists, int num_pairs) {
+  progress_.Start("verify matches", num_pairs, "pairs");
+  std::vector<fs::path> databases = {Database()};
+  for (std::size_t i = 1; i < lists.size(); ++i) {
+    databases.push_back(folder_ / fmt::format("database_{}.db", i));
+    fs::copy_file(Database(), databases.back(), fs::copy_options::overwrite_existing);
+  }
+  ParallelForEach(0, static_cast<std::int64_t>(lists.size()), [&](std::int64_t i) {
+    const auto k = static_cast<std::size_t>(i);
+    ImportMatchesInto(databases[k], lists[k]);
+  });
+  ColmapDatabase whole(Database());
+  for (std::size_t i = 1; i < databases.size(); ++i) {
+    whole.TakeMatches(databases[i]);
+    fs::remove(databases[i]);
+  }
 }
 
 std::vector<fs::path> Colmap::MapInto(const fs::path& output, const fs::path& database,

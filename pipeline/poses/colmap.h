@@ -45,8 +45,10 @@ class Colmap {
 
   // Images are numbered in the order of their names, which all must be in the folder.
   void ExtractFeatures(const std::vector<std::string>& names, const ExtractionOptions& options);
-  // Writes the matches of COLMAP's raw list into the database and verifies them geometrically.
-  void ImportMatches(const std::filesystem::path& list, int num_pairs);
+  // Writes the matches of COLMAP's raw lists into the database and verifies them geometrically.
+  // COLMAP does this on one thread: the lists are done side by side. What comes out depends on how
+  // the pairs are listed (its random numbers start anew with a list), not on the threads.
+  void ImportMatches(const std::vector<std::filesystem::path>& lists, int num_pairs);
   // The folders of the models that were found; none where there was no pair to start from.
   std::vector<std::filesystem::path> Map(int num_images, MapperEffort effort);
   // With usual effort and the principal point free. May run beside Map, on another thread, and so
@@ -64,6 +66,7 @@ class Colmap {
   };
   Outcome Run(const std::string& verb, const std::vector<std::string>& arguments,
               const std::function<void(std::string_view)>& on_line);
+  void ImportMatchesInto(const std::filesystem::path& database, const std::filesystem::path& list);
   // MachineError where it did not succeed.
   void Require(const std::string& verb, const Outcome& outcome) const;
   std::vector<std::filesystem::path> MapInto(const std::filesystem::path& output,

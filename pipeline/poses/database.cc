@@ -37,6 +37,10 @@ class Statement {
     sqlite3_reset(statement_);
   }
   void Bind(int index, std::int64_t value) { sqlite3_bind_int64(statement_, index, value); }
+  void Bind(int index, const std::string& text) {
+    sqlite3_bind_text(statement_, index, text.c_str(), static_cast<int>(text.size()),
+                      SQLITE_TRANSIENT);
+  }
   void Bind(int index, const std::vector<double>& values) {
     sqlite3_bind_blob(statement_, index, values.data(),
                       static_cast<int>(values.size() * sizeof(double)), SQLITE_TRANSIENT);
@@ -130,6 +134,18 @@ std::vector<float> ColmapDatabase::ReadFeatureSizes(std::uint32_t image_id) {
         columns == 6 ? std::abs(shape[0] * shape[3] - shape[1] * shape[2]) : shape[0] * shape[0];
   }
   return sizes;
+}
+
+void ColmapDatabase::TakeMatches(const std::filesystem::path& other) {
+  Statement attach(database_, file_, "ATTACH DATABASE ? AS other");
+  attach.Bind(1, other.string());
+  attach.Run();
+  for (const char* table : {"matches", "two_view_geometries"}) {
+    Statement(database_, file_,
+              fmt::format("INSERT INTO main.{0} SELECT * FROM other.{0}", table).c_str())
+        .Run();
+  }
+  Statement(database_, file_, "DETACH DATABASE other").Run();
 }
 
 int ColmapDatabase::CountVerifiedPairs() {

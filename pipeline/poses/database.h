@@ -36,6 +36,8 @@ class ColmapDatabase {
   Descriptors ReadDescriptors(std::uint32_t image_id);
   // Size of every feature: the area of its frame, square px.
   std::vector<float> ReadFeatureSizes(std::uint32_t image_id);
+  // Adds the matches and verified pairs of another database with the same images and other pairs.
+  void TakeMatches(const std::filesystem::path& other);
   // Pairs of images that passed the geometric verification, and the matches that they share.
   int CountVerifiedPairs();
   std::int64_t CountVerifiedMatches();

@@ -129,10 +129,16 @@ std::vector<PairMatches> MatchAll(const std::vector<ImageFeatures>& features, Pr
   return pairs;
 }
 
-void WriteMatchList(const fs::path& file, const std::vector<PairMatches>& pairs,
-                    const std::vector<std::string>& names) {
-  std::string text;
-  for (const PairMatches& pair : pairs) {
+// In lists for COLMAP to verify side by side. Their number follows from the pairs alone, so that
+// the threads do not matter; neighbouring pairs, alike in matches, go to different lists.
+std::vector<fs::path> WriteMatchLists(const fs::path& folder, const std::vector<PairMatches>& pairs,
+                                      const std::vector<std::string>& names) {
+  constexpr std::size_t kPairsWorthAProcess = 12, kMostLists = 8;
+  std::vector<std::string> texts(
+      std::clamp(pairs.size() / kPairsWorthAProcess, std::size_t{1}, kMostLists));
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const PairMatches& pair = pairs[i];
+    std::string& text = texts[i % texts.size()];
     text += fmt::format("{} {}\n", names[static_cast<std::size_t>(pair.first)],
                         names[static_cast<std::size_t>(pair.second)]);
     for (const FeatureMatch& match : pair.matches) {
@@ -140,7 +146,12 @@ void WriteMatchList(const fs::path& file, const std::vector<PairMatches>& pairs,
     }
     text += '\n';
   }
-  WriteTextAtomically(file, text);
+  std::vector<fs::path> lists;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    lists.push_back(folder / fmt::format("matches_{}.txt", i));
+    WriteTextAtomically(lists.back(), texts[i]);
+  }
+  return lists;
 }
 
 struct Matching {
@@ -156,8 +167,8 @@ Matching Match(Colmap& colmap, const Photos& photos, const fs::path& scratch, Pr
     features = ReadFeatures(database, photos);
   }
   const std::vector<PairMatches> pairs = MatchAll(features, progress);
-  WriteMatchList(scratch / "matches.txt", pairs, photos.files);
-  colmap.ImportMatches(scratch / "matches.txt", static_cast<int>(pairs.size()));
+  colmap.ImportMatches(WriteMatchLists(scratch, pairs, photos.files),
+                       static_cast<int>(pairs.size()));
   ColmapDatabase database(colmap.Database());
   const Matching matching{database.CountVerifiedPairs(), database.CountVerifiedMatches()};
   if (matching.pairs == 0) {

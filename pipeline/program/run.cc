@@ -1,4 +1,6 @@
 // lamella run, and one verb per stage.
+#include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 
@@ -66,9 +68,14 @@ std::vector<OptionTable> FlagTables(const std::string& verb, PipelineOptions& op
   return tables;
 }
 
+// A small part of what the layers may take.
+std::size_t KeptPhotographBytes(const PipelineOptions& options) {
+  return static_cast<std::size_t>(std::ldexp(options.layers.memory_gib, 30) / 8);
+}
+
 ExitCode RunVerb(const Arguments& arguments, Progress& progress) {
-  const Workspace workspace(arguments.workspace);
-  const PipelineOptions options = Effective(arguments, workspace);
+  const PipelineOptions options = Effective(arguments, Workspace(arguments.workspace));
+  const Workspace workspace(arguments.workspace, KeptPhotographBytes(options));
   const ExitCode code = RunPipeline(workspace, options, arguments.first, arguments.last, progress);
   if (arguments.last == "preview") {
     fmt::print("{}\n", (workspace.Stage("preview") / "index.html").string());
