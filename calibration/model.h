@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <type_traits>
 
 #include <Eigen/Core>
@@ -126,13 +125,10 @@ Vec3<T> PlateShift(const PlateModel<T>& plate, const Vec3<T>& direction) {
   return factor * sideways;
 }
 
-// What all points of one panel in one photograph share.
+// What the directions to all points of one panel in one photograph share.
 template <class T>
 struct PhotoModel {
   const PanelCalibration* panel = nullptr;
-  Eigen::Matrix<T, kCameraSize, 1> camera;
-  Vec2<T> slip;  // shift of this photograph against its view, px
-  Mat3<T> camera_from_stack;
   Vec3<T> eye;  // the camera's centre in the stack's frame
   Eigen::Matrix<T, 4, 1> shape;
   bool emitter = false;
@@ -155,10 +151,10 @@ Vec3<T> Towards(const Vec3<T>& eye, const Vec3<T>& point, const T& index) {
   return {straight.x() * part, straight.y() * part, -eye.z()};
 }
 
-// The photograph's pixel of a panel's pixel; NaN where the panel is seen from behind or the point
-// lies behind the camera.
+// The direction in which the camera's centre sees a panel's pixel, in the stack's frame; of any
+// length.
 template <class T>
-Vec2<T> Photographed(const PhotoModel<T>& m, const Eigen::Vector2d& pixel) {
+Vec3<T> DirectionTo(const PhotoModel<T>& m, const Eigen::Vector2d& pixel) {
   Vec3<T> point = PanelPoint<T>(*m.panel, m.shape, pixel);
   if (m.emitter) point = m.stack_from_emitter * point + m.emitter_origin;
   const auto towards = [&](const Vec3<T>& eye) -> Vec3<T> {
@@ -168,12 +164,7 @@ Vec2<T> Photographed(const PhotoModel<T>& m, const Eigen::Vector2d& pixel) {
   if (m.has_plate) {  // shifts the eye; each round leaves about a thousandth of the error
     for (int i = 0; i < 4; ++i) direction = towards(m.eye + PlateShift<T>(m.plate, direction));
   }
-  const Vec3<T> seen = m.camera_from_stack * direction;
-  if (!(ValueOf(seen.z()) > 0 && ValueOf(m.eye.z()) > 0)) {
-    const T nowhere(std::numeric_limits<double>::quiet_NaN());
-    return {nowhere, nowhere};
-  }
-  return Project<T>(m.camera, seen) + m.slip;
+  return direction;
 }
 
 }  // namespace lamella::model

@@ -16,8 +16,8 @@
 
 namespace lamella {
 
-// Residuals L^T (predicted - measured) of points of one photograph of a panel, 2 each, with
-// derivatives by ceres::Jet. With a loss, of each point, they are scaled so that the gradient is
+// Residuals L^T (predicted - measured) of points of one photograph of a panel, 2 each, with exact
+// derivatives. With a loss, of each point, they are scaled so that the gradient is
 // the loss's, and one more without a slope follows, so that the sum of squares is the sum of
 // losses. One block for a photograph rather than for a point is faster: poses are put together
 // once, and Ceres has fewer blocks to arrange. `structure` and the loss must outlive it.

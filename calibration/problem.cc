@@ -1,139 +1,13 @@
-#include <algorithm>
-#include <cmath>
-#include <tuple>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/crs_matrix.h>
 #include <ceres/manifold.h>
 
-#include "calibration/model.h"
 #include "calibration/problem-inl.h"
 
 namespace lamella {
 namespace {
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
-// Of a point that its camera can't see: far beyond any outlier, without a slope.
-constexpr double kUnseenResidual = 1e6;
-
-template <class T>
-bool Usable(const model::Vec2<T>& pixel) {
-  const Vector2d value(model::ValueOf(pixel.x()), model::ValueOf(pixel.y()));
-  return value.allFinite() && value.cwiseAbs().maxCoeff() < 1e8;
-}
-
-template <class T, int N>
-Eigen::Matrix<T, N, 1> Numbers(const T* from) {
-  return Eigen::Map<const Eigen::Matrix<T, N, 1>>(from);
-}
-
-template <class T>
-model::Mat3<T> RotationOf(const T* xyzw) {
-  return Eigen::Map<const Eigen::Quaternion<T>>(xyzw).toRotationMatrix();
-}
-
-// Ceres applies a loss to a block's residuals together; this applies it to the two of a point, as
-// Ceres would to a block: scaled by the root of the loss's slope, which gives its gradient and the
-// Hessian of reweighted least squares. Returns what the scaled square lacks of the loss.
-template <class T>
-double ApplyLoss(const ceres::LossFunction& loss, T* r) {
-  const double x = model::ValueOf(r[0]), y = model::ValueOf(r[1]);
-  const double squared = x * x + y * y;
-  double rho[3];
-  loss.Evaluate(squared, rho);
-  const double scale = std::sqrt(rho[1]);
-  r[0] *= T(scale);
-  r[1] *= T(scale);
-  return rho[0] - rho[1] * squared;
-}
-
-// What all points of one photograph share, and the points.
-struct PhotoPoints {
-  struct Point {
-    Vector2d panel_px, image_px;
-    Eigen::Matrix2d whitening;  // L^T with L L^T the covariance's inverse
-  };
-  const PanelCalibration* panel = nullptr;
-  double plate_index = 1;
-  Vector3d plate_normal{0, 0, 1};  // in the world
-  const ceres::LossFunction* loss = nullptr;
-  std::vector<Point> points;
-};
-
-// Emitters have a relation to their stack and an index before them, and some photographs are taken
-// through a plate. The others are spared these derivatives; up to 36 in all Eigen unrolls a Jet's
-// loops, which takes half the time.
-template <bool kEmitter, bool kPlate>
-struct PhotoResidual : PhotoPoints {
-  // `rest` is relation and index of emitters, the plate's thickness where there is one, residuals.
-  template <class T, class... Rest>
-  bool operator()(const T* camera, const T* view_rotation, const T* view_translation,
-                  const T* stack_rotation, const T* stack_translation, const T* shape,
-                  const T* slip, Rest... rest) const {
-    const std::tuple<Rest...> others(rest...);
-    model::PhotoModel<T> m;
-    m.panel = panel;
-    m.camera = Numbers<T, 9>(camera);
-    m.slip = Numbers<T, 2>(slip);
-    m.shape = Numbers<T, 4>(shape);
-    const model::Mat3<T> camera_from_world = RotationOf(view_rotation);
-    const model::Mat3<T> world_from_stack = RotationOf(stack_rotation);
-    m.camera_from_stack = camera_from_world * world_from_stack;
-    const model::Vec3<T> from_eye_to_stack =
-        camera_from_world.transpose() * Numbers<T, 3>(view_translation) +
-        Numbers<T, 3>(stack_translation);
-    m.eye = -(world_from_stack.transpose() * from_eye_to_stack);
-    if constexpr (kEmitter) {
-      const T* relation = std::get<0>(others);
-      m.emitter = true;
-      m.stack_from_emitter = model::Rotation<T>(Numbers<T, 3>(relation + 3));
-      m.emitter_origin << relation[0], relation[1], -relation[2];
-      m.index = *std::get<1>(others);
-    }
-    if constexpr (kPlate) {
-      m.has_plate = true;
-      m.plate.thickness_mm = *std::get<sizeof...(Rest) - 2>(others);
-      m.plate.index = plate_index;
-      m.plate.normal = world_from_stack.transpose() * plate_normal.cast<T>();
-    }
-    T* residuals = std::get<sizeof...(Rest) - 1>(others);
-    double lacking = 0;
-    for (const Point& point : points) {
-      SetResidual(point, model::Photographed<T>(m, point.panel_px), residuals);
-      if (loss != nullptr) lacking += ApplyLoss(*loss, residuals);
-      residuals += 2;
-    }
-    if (loss != nullptr) *residuals = T(std::sqrt(std::max(0.0, lacking)));
-    return true;
-  }
-
-  template <class T>
-  static void SetResidual(const Point& point, const model::Vec2<T>& predicted, T* residual) {
-    if (Usable(predicted)) {
-      const T x = predicted.x() - point.image_px.x(), y = predicted.y() - point.image_px.y();
-      residual[0] = point.whitening(0, 0) * x + point.whitening(0, 1) * y;
-      residual[1] = point.whitening(1, 1) * y;
-    } else {
-      residual[0] = T(kUnseenResidual);
-      residual[1] = T(0.0);
-    }
-  }
-};
-
-// Sizes of the blocks that all photographs have, then of those that only some have.
-template <bool kEmitter, bool kPlate, int... kMore>
-std::unique_ptr<ceres::CostFunction> PhotoCost(PhotoPoints points) {
-  using Residual = PhotoResidual<kEmitter, kPlate>;
-  using Cost = ceres::AutoDiffCostFunction<Residual, ceres::DYNAMIC, 9, 4, 3, 4, 3, 4, 2, kMore...>;
-  const int num_residuals = 2 * static_cast<int>(points.points.size()) + (points.loss ? 1 : 0);
-  return std::make_unique<Cost>(  // which owns the residual
-      std::make_unique<Residual>(Residual{std::move(points)}).release(), num_residuals);
-}
 
 struct SlipPrior {
   double slip_sd_px;
@@ -163,32 +37,6 @@ std::vector<Observation> PointsThatCount(const PanelPhoto& photo, std::size_t nu
 }
 
 }  // namespace
-
-std::unique_ptr<ceres::CostFunction> MakePhotoCost(const Structure& structure, const PanelId& panel,
-                                                   const std::vector<Observation>& points,
-                                                   const ceres::LossFunction* loss) {
-  const std::vector<LayerCalibration>& layers = structure.design.layers;
-  const std::optional<Plate>& plate = layers[static_cast<std::size_t>(panel.layer)].plate;
-  PhotoPoints photo;
-  photo.panel = &structure.Panel(panel);
-  photo.loss = loss;
-  if (plate) {
-    const Rigid& display_from_world =
-        layers[static_cast<std::size_t>(structure.reference.layer)].display_from_stack;
-    photo.plate_index = plate->index;
-    photo.plate_normal = display_from_world.rotation.inverse() * plate->normal;
-  }
-  for (const Observation& point : points) {
-    const Eigen::Matrix2d information = point.covariance_px2.inverse();
-    photo.points.push_back({point.panel_px, point.image_px, information.llt().matrixU()});
-  }
-  if (panel.role == PanelId::kEmitter) {
-    return plate ? PhotoCost<true, true, 6, 1, 1>(std::move(photo))
-                 : PhotoCost<true, false, 6, 1>(std::move(photo));
-  }
-  return plate ? PhotoCost<false, true, 1>(std::move(photo))
-               : PhotoCost<false, false>(std::move(photo));
-}
 
 std::vector<double*> BlocksOfPhoto(CalibrationState& state, const Structure& structure,
                                    const PanelPhoto& photo, std::size_t number) {
