@@ -187,7 +187,7 @@ std::vector<fs::path> Colmap::MapInto(const fs::path& output, const fs::path& da
                                       const std::function<void(std::string_view)>& on_line) {
   options["num_threads"] = "1";
   // All cameras and points are adjusted together when a model has grown by 40 % (COLMAP: 10 %) and
-  // at its end: fountain-P11 has the same errors, for a third less time of the mapper.
+  // at its end: fountain-P11 has the same errors, for a quarter less of its time.
   options["ba_global_images_ratio"] = "1.4";
   options["ba_global_points_ratio"] = "1.4";
   std::vector<std::string> arguments = {"--database_path", database.string(), "--image_path",
