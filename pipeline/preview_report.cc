@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 
 #include <fmt/format.h>
@@ -129,11 +131,12 @@ int WidthOnPage(bool is_reference) { return is_reference ? 2 * kSmallWidth : kSm
 void AddDepth(const Workspace& workspace, const ViewSet& set, const Placement& placement,
               const std::vector<Image<Rgb8>>& photographs, PreviewPage& page) {
   const std::vector<std::size_t> choice = ViewsOnPage(set, placement.reference_view);
-  std::vector<DepthMap> maps;
+  std::vector<DepthMap> maps(choice.size());
   std::vector<const DepthMap*> pointers;
-  for (const std::size_t v : choice) {
-    maps.push_back(LoadDepthMap(workspace.Stage("depth") / (set.views[v].name + ".exr")));
-  }
+  ParallelForEach(0, static_cast<std::int64_t>(choice.size()), [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    maps[at] = LoadDepthMap(workspace.Stage("depth") / (set.views[choice[at]].name + ".exr"));
+  });
   for (const DepthMap& map : maps) pointers.push_back(&map);
   const DepthScale scale = ScaleOf(pointers);
   page.depth_views.resize(choice.size());
@@ -260,6 +263,32 @@ void AddCutoff(const Workspace& workspace, const Display& display, PreviewPage& 
                                                      100 * *scene.figures.detail_kept_beam)
                                        : "");
   }
+}
+
+void AddLayers(const Display& display, const LayerImages& layers, PreviewPage& page) {
+  std::size_t slots = 0;
+  for (const auto& layer : layers.slots) slots += layer.size();
+  page.slots = static_cast<int>(layers.slots[0].size());
+  page.layers.resize(layers.slots.size());
+  ParallelForEach(0, static_cast<std::int64_t>(page.layers.size()), [&](std::int64_t i) {
+    const auto l = static_cast<std::size_t>(i);
+    page.layers[l] = LayerOnPage(display.layers[l], l, layers.slots[l], slots <= kMostSlotPictures);
+  });
+}
+
+// Each fills its own fields of the page.
+void AddPictures(const Workspace& workspace, const LayersRecord& record, const ViewSet& set,
+                 const LayerImages& layers, const std::vector<Image<Rgb8>>& photographs,
+                 const PreviewResult& result, PreviewPage& page) {
+  const std::function<void()> parts[] = {
+      [&] {
+        AddEyes(result, page);
+        AddFocus(result, page);  // as wide as the eyes
+      },
+      [&] { AddDepth(workspace, set, record.placement, photographs, page); },
+      [&] { AddLayers(record.display, layers, page); },
+      [&] { AddCutoff(workspace, record.display, page); }};
+  ParallelForEach(0, std::ssize(parts), [&](std::int64_t i) { parts[i](); });
 }
 
 void AddTables(const PreviewResult& result, PreviewPage& page) {
@@ -404,17 +433,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   }
   page.distance_mm = record.placement.viewing_distance_mm;
   page.clean_box_mm = CleanEyeBox(display);
-  AddEyes(result, page);
-  AddFocus(result, page);
-  AddDepth(workspace, set, record.placement, photographs, page);
-  std::size_t slots = 0;
-  for (const auto& layer : layers.slots) slots += layer.size();
-  page.slots = static_cast<int>(layers.slots[0].size());
-  for (std::size_t l = 0; l < layers.slots.size(); ++l) {
-    page.layers.push_back(
-        LayerOnPage(display.layers[l], l, layers.slots[l], slots <= kMostSlotPictures));
-  }
-  AddCutoff(workspace, display, page);
+  AddPictures(workspace, record, set, layers, photographs, result, page);
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "

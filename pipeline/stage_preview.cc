@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -334,15 +335,23 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   const LayerImages& layers = shown.layers;
   if (shown.grey) LoseColors(result, direct);
   Simulate(SimulatorOf(record, layers), options, result, std::move(direct), set, progress);
-  progress.Start("preview: files", 3, "parts");
-  WriteViews(run.folder() / "views", result);
-  WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, layers, result,
-                options.positions);
-  progress.Advance();
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
   StageReport report = ReportOf(record, result, options);
-  PreviewPage page = MakePreviewPage(workspace, record, set, layers, photographs, result, options);
-  progress.Advance();
+  PreviewPage page;
+  const std::function<void()> parts[] = {
+      [&] { WriteViews(run.folder() / "views", result); },
+      [&] {
+        WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, layers, result,
+                      options.positions);
+      },
+      [&] {
+        page = MakePreviewPage(workspace, record, set, layers, photographs, result, options);
+      }};
+  progress.Start("preview: files", std::ssize(parts) + 1, "parts");
+  ParallelForEach(0, std::ssize(parts), [&](std::int64_t i) {
+    parts[i]();
+    progress.Advance();
+  });
   AddStages(workspace, report, start, page);
   WriteTextAtomically(run.folder() / "index.html", ToHtml(page));
   progress.Advance();
