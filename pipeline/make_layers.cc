@@ -20,13 +20,15 @@ namespace {
 constexpr double kGib = 1073741824;
 // Of all memory, what the allocator takes beyond what is asked of it: fragments, large pages.
 constexpr double kAllocatorShare = 0.06;
+// Pages of code that distributing and writing bring in: 25 MiB were seen beyond those of loading.
+constexpr double kCodeToComeGib = 32.0 / 1024;
 
 // Gives the distribution what --memory leaves it; says so where that is too little.
 LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& world,
                              const LayersRecord& record, const EmitterFiles& files,
                              std::vector<std::string>& warnings) {
   const double loading = PeakMemory::OwnMib() / 1024;
-  const double held = ResidentMib() / 1024 + files.Bytes() / kGib;
+  const double held = ResidentMib() / 1024 + kCodeToComeGib + files.Bytes() / kGib;
   LayersOptions left = options;
   left.memory_gib = std::max((1 - kAllocatorShare) * options.memory_gib - held, 0.0);
   const Calibration* calibration = record.calibration ? &*record.calibration : nullptr;
