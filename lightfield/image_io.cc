@@ -18,6 +18,7 @@
 #include "lightfield/color.h"
 #include "lightfield/error.h"
 #include "lightfield/image_whole.h"
+#include "lightfield/large_pages.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -86,6 +87,7 @@ OIIO::ImageBuf ReadPixels(const fs::path& path, OIIO::TypeDesc type) {
   OIIO::ImageSpec spec = input->spec();
   if (type != OIIO::TypeDesc::UNKNOWN) spec.set_format(type);
   OIIO::ImageBuf buffer(spec, OIIO::InitializePixels::No);
+  UseLargePages(buffer.localpixels(), spec.image_bytes());
   if (!input->read_image(0, 0, 0, spec.nchannels, spec.format, buffer.localpixels())) {
     throw Unreadable(path, input->geterror());
   }
