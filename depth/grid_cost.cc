@@ -458,9 +458,9 @@ const std::int16_t* GridImage::Row(int plane, int y) const {
 }
 
 CostVolume GridCost(const GridImage& reference, const std::vector<GridArm>& arms,
-                    const DisparityLabels& labels) {
+                    const DisparityLabels& labels, VolumeBytes memory) {
   using namespace grid_cost;  // NOLINT
-  CostVolume volume(reference.width(), reference.height(), labels.count);
+  CostVolume volume(reference.width(), reference.height(), labels.count, std::move(memory));
   const std::vector<Tile> tiles = TilesOf(reference.width(), reference.height());
   const Job job{reference, arms, labels};
   ParallelForEach(0, static_cast<std::int64_t>(tiles.size()), [&](std::int64_t i) {

@@ -58,8 +58,9 @@ struct DisparityLabels {
 };
 
 // Costs are 6 times the mean sample, saturated. `arms` (4 or 8, some may be empty) go around the
-// reference in order; all images have one size and the same planes.
+// reference in order; all images have one size and the same planes. `memory`: that of an earlier
+// volume.
 CostVolume GridCost(const GridImage& reference, const std::vector<GridArm>& arms,
-                    const DisparityLabels& labels);
+                    const DisparityLabels& labels, VolumeBytes memory = {});
 
 }  // namespace lamella

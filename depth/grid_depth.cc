@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "depth/refine.h"
 #include "depth/sgm.h"
@@ -60,13 +61,15 @@ std::vector<GridArm> ArmsOfImages(
 
 LabelMap MatchView(const std::vector<View>& views, int reference, const GridArms& arms,
                    const std::function<std::shared_ptr<const GridImage>(int)>& images,
-                   const DisparityLabels& labels) {
+                   const DisparityLabels& labels, MatchMemory& memory) {
   std::vector<std::shared_ptr<const GridImage>> keep{images(reference)};
   const GridImage& image = *keep.front();
   const std::vector<GridArm> sources = ArmsOfImages(views, reference, arms, images, keep);
-  const CostVolume cost = GridCost(image, sources, labels);
+  CostVolume cost = GridCost(image, sources, labels, std::move(memory.costs));
   const Image<std::uint8_t> guide(image.width(), image.height());  // the jump penalty is constant
-  return SemiGlobalMatch(cost, guide.span(), kPenalties);
+  LabelMap map = SemiGlobalMatch(cost, guide.span(), kPenalties, memory.paths);
+  memory.costs = std::move(cost.costs);
+  return map;
 }
 
 // The central view and the outermost ones.
@@ -116,7 +119,7 @@ std::vector<double> SureDisparities(const LabelMap& map, const DisparityLabels& 
 }
 
 Span MeasureRange(const std::vector<View>& views, const LoadPhotograph& load,
-                  const GridOptions& options) {
+                  const GridOptions& options, MatchMemory& memory) {
   const Camera& camera = views.front().camera;
   const int smaller = std::min(camera.width, camera.height);
   const int factor = std::clamp(smaller / kMinCoarseSize, 1, kCoarseFactor);
@@ -135,7 +138,8 @@ Span MeasureRange(const std::vector<View>& views, const LoadPhotograph& load,
     const double most = 0.5 * std::max(camera.width, camera.height) / factor / reach;
     step = kCoarseStep * options.step_px / reach;
     const DisparityLabels labels = LabelsOver({-most, most}, step);
-    for (const double d : SureDisparities(MatchView(views, probe, arms, image, labels), labels)) {
+    for (const double d :
+         SureDisparities(MatchView(views, probe, arms, image, labels, memory), labels)) {
       sure.push_back(d * factor);
     }
   }
@@ -149,9 +153,9 @@ Span MeasureRange(const std::vector<View>& views, const LoadPhotograph& load,
 }  // namespace
 
 DisparityLabels ChooseGridLabels(const std::vector<View>& views, const LoadPhotograph& load,
-                                 const GridOptions& options) {
+                                 const GridOptions& options, MatchMemory& memory) {
   const bool given = options.disparity_min && options.disparity_max;
-  Span range = given ? Span{} : MeasureRange(views, load, options);
+  Span range = given ? Span{} : MeasureRange(views, load, options, memory);
   range.begin = options.disparity_min.value_or(range.begin);
   range.end = options.disparity_max.value_or(range.end);
   const int centre = Probes(views).front();
@@ -163,8 +167,8 @@ DisparityLabels ChooseGridLabels(const std::vector<View>& views, const LoadPhoto
 DisparityMap EstimateGridView(const std::vector<View>& views, int reference, const GridArms& arms,
                               const std::function<std::shared_ptr<const GridImage>(int)>& images,
                               ImageSpan<const Rgb8> photograph, const DisparityLabels& labels,
-                              const GridOptions& options) {
-  const LabelMap match = MatchView(views, reference, arms, images, labels);
+                              const GridOptions& options, MatchMemory& memory) {
+  const LabelMap match = MatchView(views, reference, arms, images, labels, memory);
   const Image<SubLabel> label =
       WeightedMedian(match.label.span(), photograph, options.median_radius);
   DisparityMap map{Image<float>(photograph.width, photograph.height),

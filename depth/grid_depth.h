@@ -33,12 +33,12 @@ using LoadPhotograph = std::function<Image<Rgb8>(int view)>;
 // of the size over every disparity that leaves half of the picture in view, in the central and the
 // four outermost views; the range of what is matched with confidence there, a little widened.
 DisparityLabels ChooseGridLabels(const std::vector<View>& views, const LoadPhotograph& load,
-                                 const GridOptions& options);
+                                 const GridOptions& options, MatchMemory& memory);
 
 // `images` by view; those of the arms and the reference are read.
 DisparityMap EstimateGridView(const std::vector<View>& views, int reference, const GridArms& arms,
                               const std::function<std::shared_ptr<const GridImage>(int)>& images,
                               ImageSpan<const Rgb8> photograph, const DisparityLabels& labels,
-                              const GridOptions& options);
+                              const GridOptions& options, MatchMemory& memory);
 
 }  // namespace lamella

@@ -68,7 +68,7 @@ class GridMethod final : public DepthMethod {
         maps_(Capacity(8),
               [this](int v) { return ToDisparity(grid_, store_.Load(maps_pass_, v)); }),
         labels_(ChooseGridLabels(
-            views_, [&](int v) { return store_.Photograph(v); }, options_)) {}
+            views_, [&](int v) { return store_.Photograph(v); }, options_, match_memory_)) {}
 
   DepthMap Match(int view) override {
     const GridArms arms = ChooseGridArms(views_, view, options_.reach, options_.per_arm);
@@ -78,10 +78,11 @@ class GridMethod final : public DepthMethod {
       return std::shared_ptr<const GridImage>(p, &p->planes);
     };
     return ToDepth(grid_, EstimateGridView(views_, view, arms, planes, photo->pixels.span(),
-                                           labels_, options_));
+                                           labels_, options_, match_memory_));
   }
 
   DepthMap Refine(int pass, int view) override {
+    match_memory_ = {};
     if (maps_pass_ != pass - 1) maps_.Clear();
     maps_pass_ = pass - 1;
     const GridPosition at = *views_[static_cast<std::size_t>(view)].grid;
@@ -120,6 +121,7 @@ class GridMethod final : public DepthMethod {
   Recent<Photo> photos_;
   int maps_pass_ = 0;
   Recent<DisparityMap> maps_;  // of maps_pass_
+  MatchMemory match_memory_;
   DisparityLabels labels_;
 };
 

@@ -367,9 +367,9 @@ double InverseDepthLabels::InverseDepth(SubLabel label) const {
 }
 
 CostVolume SweepCost(const SweepImage& reference, const std::vector<SweepSource>& sources,
-                     const InverseDepthLabels& labels) {
+                     const InverseDepthLabels& labels, VolumeBytes memory) {
   using namespace plane_sweep;  // NOLINT
-  CostVolume volume(reference.width(), reference.height(), labels.count());
+  CostVolume volume(reference.width(), reference.height(), labels.count(), std::move(memory));
   const int across = (reference.width() + kTileColumns - 1) / kTileColumns;
   const int down = (reference.height() + kTileRows - 1) / kTileRows;
   ParallelForEach(0, static_cast<std::int64_t>(across) * down, [&](std::int64_t i) {

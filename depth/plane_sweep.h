@@ -53,8 +53,9 @@ struct InverseDepthLabels {
   double InverseDepth(SubLabel label) const;
 };
 
-// Costs are 8 times the mean distance, saturated. 1 to kMaxSweepSources sources.
+// Costs are 8 times the mean distance, saturated. 1 to kMaxSweepSources sources. `memory`: that of
+// an earlier volume.
 CostVolume SweepCost(const SweepImage& reference, const std::vector<SweepSource>& sources,
-                     const InverseDepthLabels& labels);
+                     const InverseDepthLabels& labels, VolumeBytes memory = {});
 
 }  // namespace lamella

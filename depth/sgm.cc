@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include <hwy/foreach_target.h>
@@ -66,7 +67,7 @@ struct Strip {  // path costs of a strip's rows from the left and from the right
         left(row_bytes * kRows),
         right(row_bytes * kRows) {}
   std::size_t row_bytes;
-  std::vector<std::uint8_t> left, right;
+  std::vector<std::uint8_t, PixelAllocator<std::uint8_t>> left, right;
 };
 
 }  // namespace sgm
@@ -249,15 +250,16 @@ HWY_EXPORT(FinishColumns);
 }  // namespace sgm
 
 LabelMap SemiGlobalMatch(const CostVolume& cost, ImageSpan<const std::uint8_t> guide,
-                         const SgmPenalties& penalties) {
+                         const SgmPenalties& penalties, VolumeBytes& paths) {
   using namespace sgm;  // NOLINT
   const int width = cost.width, height = cost.height, stride = cost.stride, p1 = penalties.p1;
   LabelMap map{Image<SubLabel>(width, height), Image<std::uint8_t>(width, height)};
   const JumpPenalty jump(penalties);
-  const auto up = std::make_unique_for_overwrite<std::uint8_t[]>(cost.Bytes());
+  paths = AtLeast(cost.Bytes(), std::move(paths));
+  std::uint8_t* up = paths.get();
   ParallelFor(0, width, kColumns, [&](std::int64_t first, std::int64_t last) {
     HWY_DYNAMIC_DISPATCH(UpwardPaths)
-    (cost, guide, p1, jump, static_cast<int>(first), static_cast<int>(last), up.get());
+    (cost, guide, p1, jump, static_cast<int>(first), static_cast<int>(last), up);
   });
   Strip strip(width, stride);
   PathState down(width, stride);
@@ -273,7 +275,7 @@ LabelMap SemiGlobalMatch(const CostVolume& cost, ImageSpan<const std::uint8_t> g
     ParallelFor(0, width, kColumns, [&](std::int64_t first, std::int64_t last) {
       const Rect block{static_cast<int>(first), y, static_cast<int>(last - first), rows};
       HWY_DYNAMIC_DISPATCH(FinishColumns)
-      (cost, guide, p1, jump, block, up.get(), strip, down, map);
+      (cost, guide, p1, jump, block, up, strip, down, map);
     });
   }
   return map;

@@ -34,7 +34,13 @@ struct LabelMap {
 };
 
 // `guide` has the volume's size. The result is exact (integers only) and independent of threads.
+// `paths`: memory of the volume's size, to be used again.
 LabelMap SemiGlobalMatch(const CostVolume& cost, ImageSpan<const std::uint8_t> guide,
-                         const SgmPenalties& penalties);
+                         const SgmPenalties& penalties, VolumeBytes& paths);
+inline LabelMap SemiGlobalMatch(const CostVolume& cost, ImageSpan<const std::uint8_t> guide,
+                                const SgmPenalties& penalties) {
+  VolumeBytes paths;
+  return SemiGlobalMatch(cost, guide, penalties, paths);
+}
 
 }  // namespace lamella

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -37,13 +38,16 @@ double Parallax(const Camera& reference, const PictureMap& map, double w) {
 }
 
 LabelMap Match(const SweepView& reference, const std::vector<const SweepView*>& sources,
-               const std::vector<PictureMap>& maps, const InverseDepthLabels& labels) {
+               const std::vector<PictureMap>& maps, const InverseDepthLabels& labels,
+               MatchMemory& memory) {
   std::vector<SweepSource> inputs;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     inputs.push_back({&sources[i]->image, maps[i].m, maps[i].b});
   }
-  const CostVolume cost = SweepCost(reference.image, inputs, labels);
-  return SemiGlobalMatch(cost, reference.image.luma().span(), kPenalties);
+  CostVolume cost = SweepCost(reference.image, inputs, labels, std::move(memory.costs));
+  LabelMap map = SemiGlobalMatch(cost, reference.image.luma().span(), kPenalties, memory.paths);
+  memory.costs = std::move(cost.costs);
+  return map;
 }
 
 // From `near` down: steps of `step` to `far`, then growing ones to beyond 0. Rising.
@@ -117,7 +121,8 @@ InverseDepthLabels ChooseSweepLabels(const Camera& reference,
 
 std::optional<InverseDepthRange> MeasureRange(const SweepView& reference,
                                               const std::vector<const SweepView*>& sources,
-                                              const std::vector<PictureMap>& maps) {
+                                              const std::vector<PictureMap>& maps,
+                                              MatchMemory& memory) {
   // Parallax is nearly linear in w: a small step tells the scale.
   double most = 0;
   for (const PictureMap& map : maps) {
@@ -130,7 +135,7 @@ std::optional<InverseDepthRange> MeasureRange(const SweepView& reference,
   if (!(most > 0)) return std::nullopt;
   const SweepOptions options{.labels = kMaxLabels, .step_px = 1, .median_radius = 0};
   const InverseDepthLabels labels = ChooseSweepLabels(reference.camera, maps, {0, most}, options);
-  const LabelMap match = Match(reference, sources, maps, labels);
+  const LabelMap match = Match(reference, sources, maps, labels, memory);
   std::vector<double> sure;
   for (std::size_t i = 0; i < match.label.size(); ++i) {
     if (match.uniqueness.data()[i] >= kSureUniqueness)
@@ -147,8 +152,9 @@ std::optional<InverseDepthRange> MeasureRange(const SweepView& reference,
 InverseDepthMap EstimateSweepView(const SweepView& reference,
                                   const std::vector<const SweepView*>& sources,
                                   const std::vector<PictureMap>& maps,
-                                  const InverseDepthLabels& labels, const SweepOptions& options) {
-  const LabelMap match = Match(reference, sources, maps, labels);
+                                  const InverseDepthLabels& labels, const SweepOptions& options,
+                                  MatchMemory& memory) {
+  const LabelMap match = Match(reference, sources, maps, labels, memory);
   const Image<SubLabel> label =
       WeightedMedian(match.label.span(), reference.pixels.span(), options.median_radius);
   InverseDepthMap map{Image<float>(label.width(), label.height()),

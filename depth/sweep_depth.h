@@ -64,11 +64,13 @@ InverseDepthLabels ChooseSweepLabels(const Camera& reference,
 // moved by half of the picture. Nothing where nothing is sure.
 std::optional<InverseDepthRange> MeasureRange(const SweepView& reference,
                                               const std::vector<const SweepView*>& sources,
-                                              const std::vector<PictureMap>& maps);
+                                              const std::vector<PictureMap>& maps,
+                                              MatchMemory& memory);
 
 InverseDepthMap EstimateSweepView(const SweepView& reference,
                                   const std::vector<const SweepView*>& sources,
                                   const std::vector<PictureMap>& maps,
-                                  const InverseDepthLabels& labels, const SweepOptions& options);
+                                  const InverseDepthLabels& labels, const SweepOptions& options,
+                                  MatchMemory& memory);
 
 }  // namespace lamella

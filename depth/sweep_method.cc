@@ -47,11 +47,12 @@ class SweepMethod final : public DepthMethod {
       inputs.maps.push_back(
           MapPictures(reference.camera, PoseOf(view), photos[i]->camera, PoseOf(plan.sources[i])));
     }
-    return ToDepth(
-        EstimateSweepView(reference, inputs.sources, inputs.maps, plan.labels, Options()));
+    return ToDepth(EstimateSweepView(reference, inputs.sources, inputs.maps, plan.labels, Options(),
+                                     match_memory_));
   }
 
   DepthMap Refine(int pass, int view) override {
+    match_memory_ = {};
     if (maps_pass_ != pass - 1) maps_.Clear();
     maps_pass_ = pass - 1;
     const Plan& plan = PlanOf(view);
@@ -156,7 +157,7 @@ class SweepMethod final : public DepthMethod {
       inputs.maps.push_back(
           MapPictures(reference.camera, PoseOf(view), views.back().camera, PoseOf(v)));
     }
-    return MeasureRange(reference, inputs.sources, inputs.maps);
+    return MeasureRange(reference, inputs.sources, inputs.maps, match_memory_);
   }
 
   const Plan& PlanOf(int view) {
@@ -187,6 +188,7 @@ class SweepMethod final : public DepthMethod {
   int maps_pass_ = 0;
   Recent<InverseDepthMap> maps_;  // of maps_pass_
   std::map<int, Plan> plans_;
+  MatchMemory match_memory_;
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "lightfield/color.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -19,34 +20,39 @@ std::array<float, 256> DecodeTable() {
 class Encoder {
  public:
   Encoder() {
-    for (int code = 1; code < 256; ++code) first_[Index(code)] = FirstOf(code);
-    first_[256] = 2;
-    for (std::uint32_t bucket = 0; bucket < kBuckets; ++bucket) {
-      code_[bucket] = Rounded(std::bit_cast<float>(kLowest + (bucket << kShift)));
+    Bucket bucket{0, FirstOf(1)};
+    for (std::uint32_t i = 0; i < kBuckets; ++i) {
+      const std::int32_t code = Rounded(std::bit_cast<float>(kLowest + (i << kShift)));
+      if (code != bucket.code) bucket = {code, code < 255 ? FirstOf(code + 1) : 2.0F};
+      buckets_[i] = bucket;
     }
   }
 
   std::uint8_t operator()(float linear) const {
-    const auto bits = std::bit_cast<std::uint32_t>(linear);
-    if (bits < kLowest) return 0;
-    const int code = code_[(bits - kLowest) >> kShift];
-    return static_cast<std::uint8_t>(code + (linear >= first_[Index(code + 1)] ? 1 : 0));
+    const float above = linear > std::bit_cast<float>(kLowest) ? linear : 0.0F;  // also NaN
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::min(above, kBelowOne));
+    const Bucket& bucket = buckets_[(std::max(bits, kLowest) - kLowest) >> kShift];
+    return static_cast<std::uint8_t>(bucket.code + (std::bit_cast<float>(bits) >= bucket.next));
   }
 
  private:
   static constexpr std::uint32_t kLowest = 0x39000000;  // 2^-13; code 1 begins at 1.26 times that
   static constexpr std::uint32_t kOne = 0x3f800000;
+  static constexpr float kBelowOne = std::bit_cast<float>(kOne - 1);  // of code 255, too
   static constexpr int kShift = 16;
   static constexpr std::uint32_t kBuckets = (kOne - kLowest) >> kShift;
 
-  static std::size_t Index(int code) { return static_cast<std::size_t>(code); }
+  struct Bucket {
+    std::int32_t code = 0;  // at its begin
+    float next = 0;         // the least float of the code after that
+  };
 
-  static std::uint8_t Rounded(float linear) {
-    return static_cast<std::uint8_t>(std::lround(LinearToSrgb(linear) * 255.0F));
+  static std::int32_t Rounded(float linear) {
+    return static_cast<std::int32_t>(std::lround(LinearToSrgb(linear) * 255.0F));
   }
 
   // The least float of the code.
-  static float FirstOf(int code) {
+  static float FirstOf(std::int32_t code) {
     std::uint32_t below = kLowest, at = kOne;
     while (at - below > 1) {
       const std::uint32_t middle = below + (at - below) / 2;
@@ -55,9 +61,13 @@ class Encoder {
     return std::bit_cast<float>(at);
   }
 
-  std::array<float, 257> first_{};  // of code 256: beyond all
-  std::array<std::uint8_t, kBuckets> code_{};
+  std::array<Bucket, kBuckets> buckets_{};
 };
+
+const Encoder& TheEncoder() {
+  static const Encoder encoder;
+  return encoder;
+}
 
 }  // namespace
 
@@ -76,11 +86,11 @@ float Srgb8ToLinear(std::uint8_t encoded) {
   return table[encoded];
 }
 
-std::uint8_t LinearToSrgb8(float linear) {
-  if (!(linear > 0.0F)) return 0;  // also NaN
-  if (linear >= 1.0F) return 255;
-  static const Encoder encoder;
-  return encoder(linear);
+std::uint8_t LinearToSrgb8(float linear) { return TheEncoder()(linear); }
+
+void LinearToSrgb8(const float* linear, std::size_t count, std::uint8_t* codes) {
+  const Encoder& encoder = TheEncoder();
+  for (std::size_t i = 0; i < count; ++i) codes[i] = encoder(linear[i]);
 }
 
 }  // namespace lamella

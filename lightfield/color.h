@@ -2,6 +2,7 @@
 // only, so that every Image<Rgb> is linear.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "lightfield/image.h"
@@ -13,6 +14,7 @@ float SrgbToLinear(
 float LinearToSrgb(float linear);
 float Srgb8ToLinear(std::uint8_t encoded);  // table
 std::uint8_t LinearToSrgb8(float linear);   // nearest code, clamped; NaN is 0
+void LinearToSrgb8(const float* linear, std::size_t count, std::uint8_t* codes);  // of many
 
 // Of linear light, Rec. 709.
 inline float Luminance(const Rgb& light) {

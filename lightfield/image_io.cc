@@ -1,6 +1,7 @@
 #include "lightfield/image_io.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include "lightfield/color.h"
 #include "lightfield/error.h"
 #include "lightfield/image_whole.h"
+#include "lightfield/large_pages.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -86,6 +88,7 @@ OIIO::ImageBuf ReadPixels(const fs::path& path, OIIO::TypeDesc type) {
   OIIO::ImageSpec spec = input->spec();
   if (type != OIIO::TypeDesc::UNKNOWN) spec.set_format(type);
   OIIO::ImageBuf buffer(spec, OIIO::InitializePixels::No);
+  UseLargePages(buffer.localpixels(), spec.image_bytes());
   if (!input->read_image(0, 0, 0, spec.nchannels, spec.format, buffer.localpixels())) {
     throw Unreadable(path, input->geterror());
   }
@@ -132,6 +135,14 @@ std::optional<double> SensorLongerSide(const OIIO::ImageSpec& spec) {
                               spec.get_int_attribute("Exif:PixelYDimension", spec.height));
   if (!(per_unit > 0) || pixels < 1) return std::nullopt;
   return pixels / per_unit * unit_mm;
+}
+
+// Srgb8ToLinear at hand: a call per value would take longer than the value.
+std::array<float, 256> LinearOfCodes() {
+  std::array<float, 256> linear{};
+  for (std::size_t code = 0; code < linear.size(); ++code)
+    linear[code] = Srgb8ToLinear(static_cast<std::uint8_t>(code));
+  return linear;
 }
 
 // Pixels of the first three channels (grey repeated), with `convert` from T to Out::channel.
@@ -222,7 +233,8 @@ Image<Rgb> ReadImage(const fs::path& path) {
   const OIIO::ImageBuf buffer = ReadUpright(path, OIIO::TypeDesc::UNKNOWN);
   if (!IsFloat(buffer.spec())) {
     if (buffer.spec().format == OIIO::TypeDesc::UINT8) {
-      return ToImage<std::uint8_t, Rgb>(buffer, [](std::uint8_t v) { return Srgb8ToLinear(v); });
+      const std::array<float, 256> linear = LinearOfCodes();
+      return ToImage<std::uint8_t, Rgb>(buffer, [&](std::uint8_t v) { return linear[v]; });
     }
     return ToImage<float, Rgb>(buffer, [](float v) { return SrgbToLinear(v); });
   }
@@ -263,12 +275,14 @@ Image<float> ReadAlpha(const fs::path& path) {
 void WriteCodes8(const fs::path& path, ImageSpan<const Rgb8> codes, int jpeg_quality,
                  PngCoding coding) {
   std::vector<Rgb8> packed;
-  packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
-  for (int y = 0; y < codes.height; ++y)
-    packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
+  if (codes.stride != codes.width) {
+    packed.reserve(static_cast<std::size_t>(codes.width) * static_cast<std::size_t>(codes.height));
+    for (int y = 0; y < codes.height; ++y)
+      packed.insert(packed.end(), codes.row(y), codes.row(y) + codes.width);
+  }
   OIIO::ImageSpec spec = PngSpec(codes.width, codes.height, 3, coding);
   spec.attribute("CompressionQuality", jpeg_quality);
-  WriteBuffer(path, spec, packed.data(), OIIO::TypeDesc::UINT8);
+  WriteBuffer(path, spec, packed.empty() ? codes.data : packed.data(), OIIO::TypeDesc::UINT8);
 }
 
 std::string EncodeCodes8(ImageSpan<const Rgb8> codes, const std::string& format, int jpeg_quality) {
@@ -324,12 +338,8 @@ void WriteNumbers(const fs::path& path, ImageSpan<const Rgb> numbers, int bits) 
 
 Image<Rgb8> EncodeSrgb8(ImageSpan<const Rgb> linear) {
   Image<Rgb8> codes(linear.width, linear.height);
-  for (int y = 0; y < linear.height; ++y) {
-    for (int x = 0; x < linear.width; ++x) {
-      const Rgb p = linear(x, y);
-      codes(x, y) = {LinearToSrgb8(p.r), LinearToSrgb8(p.g), LinearToSrgb8(p.b)};
-    }
-  }
+  const auto count = 3 * static_cast<std::size_t>(linear.width);
+  for (int y = 0; y < linear.height; ++y) LinearToSrgb8(&linear.row(y)->r, count, &codes.row(y)->r);
   return codes;
 }
 
@@ -341,10 +351,11 @@ void WriteSrgb8(const fs::path& path, ImageSpan<const Rgb> linear) {
 
 Image<Rgb> DecodeSrgb8(ImageSpan<const Rgb8> codes) {
   Image<Rgb> linear(codes.width, codes.height);
+  const std::array<float, 256> of_code = LinearOfCodes();
   for (int y = 0; y < codes.height; ++y) {
     for (int x = 0; x < codes.width; ++x) {
       const Rgb8 p = codes(x, y);
-      linear(x, y) = {Srgb8ToLinear(p.r), Srgb8ToLinear(p.g), Srgb8ToLinear(p.b)};
+      linear(x, y) = {of_code[p.r], of_code[p.g], of_code[p.b]};
     }
   }
   return linear;

@@ -48,6 +48,20 @@ std::vector<PosedView> PosedViews(const CaptureRecord& capture, const ColmapMode
 
 std::string UndistortedFile(const std::string& name) { return "colmap/images/" + name + ".png"; }
 
+// In strips: a photograph of floats is large, and this one is done with as soon as it is encoded.
+Image<Rgb8> UndistortedCodes(const Image<Rgb>& image, const PosedView& view) {
+  const int width = view.pinhole.width, height = view.pinhole.height;
+  Image<Rgb8> codes(width, height);
+  ParallelFor(0, height, 16, [&](std::int64_t first, std::int64_t last) {
+    const int y = static_cast<int>(first);
+    Image<Rgb> strip(width, static_cast<int>(last - first));
+    UndistortRows(image, view.camera, view.pinhole, y, strip.span());
+    const Image<Rgb8> encoded = EncodeSrgb8(strip.span());
+    std::copy_n(encoded.data(), encoded.size(), codes.row(y));
+  });
+  return codes;
+}
+
 void WriteUndistorted(const std::vector<PosedView>& posed, const StageRun& run,
                       PhotographStore& photographs, Progress& progress) {
   if (std::all_of(posed.begin(), posed.end(), std::mem_fn(&PosedView::IsOriginal))) return;
@@ -58,8 +72,8 @@ void WriteUndistorted(const std::vector<PosedView>& posed, const StageRun& run,
     const std::string file = UndistortedFile(view.captured->name);
     if (!view.IsOriginal() && !run.Finished(file)) {
       const Image<Rgb> image = ReadImage(view.captured->file);
-      Image<Rgb8> codes = EncodeSrgb8(Undistort(image, view.camera, view.pinhole).span());
-      WriteCodes8(run.folder() / file, codes.span(), 95, PngCoding::kPhotograph);
+      Image<Rgb8> codes = UndistortedCodes(image, view);
+      WriteCodes8(run.folder() / file, codes.span(), /*jpeg_quality=*/95, PngCoding::kPhotograph);
       photographs.Add(run.folder() / file, std::move(codes));
     }
     progress.Advance();

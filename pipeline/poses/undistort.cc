@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
 #include <Eigen/LU>
 
 #include "lightfield/parallel.h"
+#include "pipeline/poses/undistort_kernels.h"
 
 namespace lamella {
 namespace {
@@ -103,62 +105,29 @@ Rgb SampleWide(const Image<Rgb>& image, const Vector2d& position, double scale) 
   return sum;
 }
 
-// The weights of the samples -1, 0, 1, 2 at `t` in [0, 1) after sample 0: Cubic in closed form.
-std::array<float, 4> FourWeights(float t) {
-  const float t2 = t * t, t3 = t2 * t;
-  return {-0.5F * t3 + t2 - 0.5F * t, 1.5F * t3 - 2.5F * t2 + 1, -1.5F * t3 + 2 * t2 + 0.5F * t,
-          0.5F * t3 - 0.5F * t2};
-}
-
-// As SampleWide with scale 1, where all 16 samples lie in the image.
-Rgb SampleSharp(const Image<Rgb>& image, int x0, int y0, float tx, float ty) {
-  const std::array<float, 4> across = FourWeights(tx), down = FourWeights(ty);
-  Rgb sum;
-  for (int j = 0; j < 4; ++j) {
-    const Rgb* p = image.row(y0 - 1 + j) + (x0 - 1);
-    const float w0 = across[0], w1 = across[1], w2 = across[2], w3 = across[3];
-    const Rgb line = {w0 * p[0].r + w1 * p[1].r + w2 * p[2].r + w3 * p[3].r,
-                      w0 * p[0].g + w1 * p[1].g + w2 * p[2].g + w3 * p[3].g,
-                      w0 * p[0].b + w1 * p[1].b + w2 * p[2].b + w3 * p[3].b};
-    sum += down[static_cast<std::size_t>(j)] * line;
-  }
-  return sum;
-}
-
-Rgb Sample(const Image<Rgb>& image, const Vector2d& position, double scale) {
-  const double x = position.x() - 0.5, y = position.y() - 0.5;
-  const bool inside = x >= 1 && y >= 1 && x < image.width() - 2 && y < image.height() - 2;
-  if (scale > 1 || !inside) return SampleWide(image, position, scale);
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-  return SampleSharp(image, x0, y0, static_cast<float>(x - x0), static_cast<float>(y - y0));
-}
-
-using Sources = std::vector<std::optional<Vector2d>>;
-
-// Where the original shows the pixels of a row: every `step`-th exactly, those between by the cubic
-// through four of them. A step is at most 1/256 of the focal length, so that lenses stray from it
-// by less than 1e-5 px.
-Sources SourcesOfRow(const Camera& camera, const Camera& pinhole, int y) {
+// Where the original shows the pixels of a row, into `row.x` and `row.y`; not a number where it
+// does not: every `step`-th exactly, those between by the cubic through four of them. A step is at
+// most 1/256 of the focal length, so that lenses stray from it by less than 1e-5 px.
+void FindSources(const Camera& camera, const Camera& pinhole, int y, SourceRow& row) {
   const auto exact = [&](int x) {
     return Project(camera, DirectionOf(pinhole, {x + 0.5, y + 0.5}));
   };
-  const int step = std::clamp(static_cast<int>(pinhole.fx / 256), 1, 16);
-  Sources knots;  // of the pixels -step, 0, step, ...
+  const int step = std::clamp(static_cast<int>(pinhole.fx / 256), 1, SourceRow::kMostStep);
+  std::vector<std::optional<Vector2d>> knots;  // of the pixels -step, 0, step, ...
   for (int i = 0; i < (pinhole.width - 1) / step + 4; ++i) knots.push_back(exact((i - 1) * step));
-  Sources sources;
-  for (int x = 0; x < pinhole.width; ++x) {
+  for (int x = 0; x < pinhole.width; x += step) {
     const auto* k = &knots[static_cast<std::size_t>(x / step)];
-    const double t = static_cast<double>(x % step) / step;
-    if (t == 0) {
-      sources.push_back(k[1]);
-    } else if (k[0] && k[1] && k[2] && k[3]) {
-      sources.emplace_back(t * (t - 1) * ((1 + t) * *k[3] - (t - 2) * *k[0]) / 6 +
-                           (t + 1) * (t - 2) * ((t - 1) * *k[1] - t * *k[2]) / 2);
-    } else {
-      sources.push_back(exact(x));
+    if (k[0] && k[1] && k[2] && k[3]) {
+      InterpolateSources({*k[0], *k[1], *k[2], *k[3]}, step, x, row);
+      continue;
+    }
+    for (int i = x; i < std::min(x + step, pinhole.width); ++i) {
+      const auto source = exact(i);
+      constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+      row.x[static_cast<std::size_t>(i)] = source ? source->x() : kNone;
+      row.y[static_cast<std::size_t>(i)] = source ? source->y() : kNone;
     }
   }
-  return sources;
 }
 
 }  // namespace
@@ -185,17 +154,26 @@ Camera UndistortedCamera(const Camera& camera, int longer_side_px) {
   return Zoomed(pinhole, inside);
 }
 
+void UndistortRows(const Image<Rgb>& image, const Camera& camera, const Camera& pinhole,
+                   int first_row, ImageSpan<Rgb> rows) {
+  const double scale = std::max(1.0, camera.fx / pinhole.fx);
+  SourceRow row(pinhole.width);
+  for (int y = 0; y < rows.height; ++y) {
+    FindSources(camera, pinhole, first_row + y, row);
+    if (scale <= 1) SampleSharpRow(image, row, rows.row(y));
+    for (int x = 0; x < rows.width; ++x) {
+      const auto i = static_cast<std::size_t>(x);
+      if (scale <= 1 && row.first[i] >= 0) continue;
+      rows(x, y) = std::isnan(row.x[i]) ? Rgb{} : SampleWide(image, {row.x[i], row.y[i]}, scale);
+    }
+  }
+}
+
 Image<Rgb> Undistort(const Image<Rgb>& image, const Camera& camera, const Camera& pinhole) {
   Image<Rgb> result(pinhole.width, pinhole.height);
-  const double scale = std::max(1.0, camera.fx / pinhole.fx);
   ParallelFor(0, pinhole.height, 16, [&](std::int64_t first, std::int64_t last) {
-    for (int y = static_cast<int>(first); y < last; ++y) {
-      const Sources sources = SourcesOfRow(camera, pinhole, y);
-      for (int x = 0; x < pinhole.width; ++x) {
-        const auto& source = sources[static_cast<std::size_t>(x)];
-        if (source) result(x, y) = Sample(image, *source, scale);
-      }
-    }
+    const int y = static_cast<int>(first), rows = static_cast<int>(last - first);
+    UndistortRows(image, camera, pinhole, y, result.span().Sub({0, y, pinhole.width, rows}));
   });
   return result;
 }

@@ -18,6 +18,10 @@ Camera UndistortedCamera(const Camera& camera, int longer_side_px = 0);
 // sees beyond the image, its edge is repeated.
 Image<Rgb> Undistort(const Image<Rgb>& image, const Camera& camera, const Camera& pinhole);
 
+// Rows [first_row, first_row + rows.height) of that alone.
+void UndistortRows(const Image<Rgb>& image, const Camera& camera, const Camera& pinhole,
+                   int first_row, ImageSpan<Rgb> rows);
+
 // A pixel of the distorted image in the undistorted one; nothing where the distortion can't be
 // inverted there.
 std::optional<Eigen::Vector2d> UndistortPixel(const Camera& camera, const Camera& pinhole,

@@ -31,7 +31,7 @@ class Antinous : public testing::Test {
       views_.push_back(view);
     }
     labels_ = ChooseGridLabels(
-        views_, [&](int v) { return Photograph(v).Clone(); }, options_);
+        views_, [&](int v) { return Photograph(v).Clone(); }, options_, memory_);
   }
 
   const Image<Rgb8>& Photograph(int v) {
@@ -47,7 +47,8 @@ class Antinous : public testing::Test {
       return slot;
     };
     const GridArms arms = ChooseGridArms(views_, v, options_.reach, options_.per_arm);
-    return EstimateGridView(views_, v, arms, planes, Photograph(v).span(), labels_, options_);
+    return EstimateGridView(views_, v, arms, planes, Photograph(v).span(), labels_, options_,
+                            memory_);
   }
 
   // Per cent of the centre view's pixels that are wrong by more than 0.07 px.
@@ -65,6 +66,7 @@ class Antinous : public testing::Test {
   std::filesystem::path folder_;
   std::vector<View> views_;
   GridOptions options_;
+  MatchMemory memory_;
   DisparityLabels labels_;
   std::map<int, Image<Rgb8>> photographs_;
   std::map<int, std::shared_ptr<const GridImage>> planes_;

@@ -1,10 +1,17 @@
 #include "depth/consistency.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <random>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include "lightfield/parallel.h"
+#include "tests/depth/every_target.h"
 #include "tests/depth/synthetic.h"
+#include "tests/reference/consistency_reference.h"
 
 namespace lamella {
 namespace {
@@ -104,6 +111,91 @@ TEST(MakeConsistent, IsSurerTheMoreViewsConfirm) {
   const InverseDepthMap b = MakeConsistent(four.maps[0], four.NeighboursOf(0), kOptions);
   EXPECT_NEAR(a.confidence(40, 30), 0.8 / 3, 1e-5);
   EXPECT_NEAR(b.confidence(40, 30), 0.8, 1e-5);
+}
+
+// Maps of a slanted wall with holes, points at infinity and errors of all sizes, from places
+// around it: some see little of each other, and one stands in front of the others.
+class NoisyRig {
+ public:
+  NoisyRig(int width, int height, int views) {
+    const Camera camera = synthetic::Pinhole(width, height, 0.8 * std::max(width, height) + 1);
+    for (int v = 0; v < views; ++v) {
+      poses_.push_back(
+          Rigid{Eigen::Quaterniond(1, Number(0.05), Number(0.05), Number(0.3)).normalized(),
+                Eigen::Vector3d(Number(0.4), Number(0.4), v == 3 ? -3.5 : Number(0.5))});
+      maps.push_back(Map(camera, poses_.back()));
+    }
+    for (int v = 1; v < views; ++v) {
+      const Rigid &own = poses_.front(), &other = poses_[static_cast<std::size_t>(v)];
+      neighbours.push_back({&maps[static_cast<std::size_t>(v)],
+                            MapPictures(camera, own, camera, other),
+                            MapPictures(camera, other, camera, own)});
+    }
+  }
+  std::vector<InverseDepthMap> maps;
+  std::vector<NeighbourMap> neighbours;
+
+ private:
+  double Number(double most) { return most * (static_cast<double>(random_()) / 2147483648.0 - 1); }
+  // The wall is n X = 4 in the world.
+  InverseDepthMap Map(const Camera& camera, const Rigid& pose) {
+    const Vector3d n = pose.rotation * Vector3d(0.3, 0.1, 1);
+    const double distance = 4 + n.dot(pose.translation);
+    InverseDepthMap map{Image<float>(camera.width, camera.height),
+                        Image<float>(camera.width, camera.height)};
+    for (int y = 0; y < camera.height; ++y) {
+      for (int x = 0; x < camera.width; ++x) {
+        const double wall = n.dot(*Unproject(camera, {x + 0.5, y + 0.5})) / distance;
+        const unsigned kind = random_() % 16;
+        const double w = kind == 0   ? -1
+                         : kind == 1 ? 0
+                         : kind < 5  ? 0.3 + Number(0.3)
+                                     : std::max(0.0, wall * (1 + Number(0.01)));
+        map.w(x, y) = static_cast<float>(w);
+        map.confidence(x, y) = static_cast<float>(0.5 + Number(0.5));
+      }
+    }
+    return map;
+  }
+  std::mt19937 random_{5};
+  std::vector<Rigid> poses_;
+};
+
+void ExpectSameBytes(const InverseDepthMap& a, const InverseDepthMap& b) {
+  ASSERT_EQ(std::memcmp(a.w.data(), b.w.data(), a.w.size() * sizeof(float)), 0);
+  ASSERT_EQ(std::memcmp(a.confidence.data(), b.confidence.data(), a.w.size() * sizeof(float)), 0);
+}
+
+TEST(MakeConsistent, EqualsThePlainFormulaAtEverySizeOnEveryTarget) {
+  const int sizes[][3] = {{83, 61, 7}, {64, 40, 4}, {40, 33, 2}, {1, 1, 3},
+                          {1, 40, 4},  {40, 1, 4},  {2, 2, 5},   {30, 20, 1}};
+  ForEveryTarget([&] {
+    for (const auto& s : sizes) {
+      SCOPED_TRACE(testing::Message() << s[0] << "x" << s[1] << ", " << s[2] << " views");
+      const NoisyRig rig(s[0], s[1], s[2]);
+      for (const double step : {0.0, 0.004}) {
+        const ConsistencyOptions options{
+            .tolerance = 0.01, .step = step, .return_px = 1.5, .agreeing = 2, .min_component = 0};
+        const InverseDepthMap result = MakeConsistent(rig.maps.front(), rig.neighbours, options);
+        ExpectSameBytes(result, reference::VoteOnMap(rig.maps.front(), rig.neighbours, options));
+        if (s[0] < 50) continue;
+        const float* w = result.w.data();
+        const auto known = std::count_if(w, w + result.w.size(), [](float v) { return v >= 0; });
+        EXPECT_GT(known, s[0] * s[1] / 4);
+        EXPECT_LT(known, s[0] * s[1]);
+      }
+    }
+  });
+}
+
+TEST(MakeConsistent, DoesNotDependOnTheNumberOfThreads) {
+  const NoisyRig rig(83, 61, 5);
+  InverseDepthMap results[2];
+  for (int i = 0; i < 2; ++i) {
+    const ThreadLimit limit(i + 1);
+    results[i] = MakeConsistent(rig.maps.front(), rig.neighbours, kOptions);
+  }
+  ExpectSameBytes(results[0], results[1]);
 }
 
 TEST(RemoveSmallComponents, TakesIslandsOfOneSurfaceOnly) {

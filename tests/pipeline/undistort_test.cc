@@ -1,10 +1,13 @@
 #include "pipeline/poses/undistort.h"
 
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
+#include "tests/depth/every_target.h"
 #include "tests/pipeline/textured_room.h"
+#include "tests/reference/undistort_reference.h"
 
 namespace lamella {
 namespace {
@@ -83,6 +86,37 @@ TEST(Undistort, KeepsAPinholesPictureAsItIs) {
       EXPECT_NEAR(undistorted(x, y).r, image(x, y).r, 1e-5);
     }
   }
+}
+
+TEST(Undistort, EqualsThePlainFormulaOnEveryTarget) {
+  Camera sheared = Lens({0.3, 0.4, 2e-2, 3e-2});
+  Camera folded = Lens({-0.9, -0.5});  // has no place for rays far from its axis
+  folded.fx = folded.fy = 300;
+  Camera wide = Lens({0.05, 0.02}, CameraModel::kFisheye);
+  wide.fx = wide.fy = 6000;  // the largest steps between knots
+  ForEveryTarget([&] {
+    for (const Camera& camera : {sheared, folded, wide}) {
+      for (const int width : {1, 4, 61, 128}) {
+        Camera lens = camera;
+        lens.width = width;
+        lens.height = 40;
+        lens.cx = 0.4 * width;
+        lens.cy = 21;
+        Camera pinhole = lens;  // as large as the lens's picture, so that it sees beyond its edge
+        pinhole.model = CameraModel::kPinhole;
+        pinhole.distortion = {};
+        std::mt19937 random(3);
+        Image<Rgb> image(width, lens.height);
+        const auto number = [&] { return static_cast<float>(random()) / 4294967296.0F; };
+        for (std::size_t i = 0; i < image.size(); ++i)
+          image.data()[i] = {number(), number(), number()};
+        const Image<Rgb> result = Undistort(image, lens, pinhole);
+        const Image<Rgb> expected = reference::Undistort(image, lens, pinhole);
+        for (std::size_t i = 0; i < result.size(); ++i)
+          ASSERT_EQ(result.data()[i], expected.data()[i]) << width << " px wide, pixel " << i;
+      }
+    }
+  });
 }
 
 TEST(UndistortedCamera, KeepsSizeAndFocalLengthWhereNoPixelSeesBeyondTheEdge) {
