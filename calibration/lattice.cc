@@ -27,7 +27,10 @@ constexpr double kGapPriorSd = 0.1;  // of the gap, what a display builder would
 constexpr double kMostOutliers = 0.35;
 constexpr double kLeastApartMm = 100;
 constexpr double kShareWithGap = 0.7;  // of the drift, if the gap were known: it is the gap then
+constexpr double kLeastScale = 1e-9;
 constexpr int kMostIterations = 60;
+constexpr int kMostRounds =
+    8;                      // of fitting, then leaving out what is off by the deviation of the rest
 constexpr int kCells = 12;  // per side of the sheet: errors of one are taken as correlated
 
 // Tukey's weight (1 - d^2/c^2)^2 and its derivative by d^2.
@@ -54,13 +57,14 @@ class LatticeFit {
   LatticeFit(const std::vector<SheetRay>& rays, const LatticeModel& model, double gap)
       : rays_(rays), model_(model), gap_(gap) {}
 
-  Term TermOf(const SheetRay& ray, const Vector5d& at) const {
+  static Term TermOf(const SheetRay& ray, const LatticeModel& model) {
     Term term;
     term.nearest2 = std::numeric_limits<double>::infinity();
-    const double half = model_.SpacingMm(at) / 2;
-    for (int a = 0; a < model_.num_families(); ++a) {
-      const LatticeModel::Residual r = model_.ResidualOf(ray, at, a);
-      const double weight = model_.FamilyWeight() / (r.sigma * r.sigma);
+    const double half = model.SpacingMm() / 2;
+    const Vector2d centre = model.CentreOf(ray);
+    for (int a = 0; a < model.num_families(); ++a) {
+      const LatticeModel::Residual r = model.ResidualOf(ray, centre, a);
+      const double weight = model.FamilyWeight() / (r.sigma * r.sigma);
       term.d2 += weight * r.mm * r.mm;
       term.nearest2 = std::min(term.nearest2, half * half / (r.sigma * r.sigma));
       term.gradient += weight * r.mm * r.slopes;
@@ -69,18 +73,20 @@ class LatticeFit {
     return term;
   }
 
-  // The median deviation from a family's nearest lines, as a standard deviation (in the samples'
-  // own).
-  double Scale(const Vector5d& at) const {
+  // The median deviation from a family's nearest lines, of samples that are off by less than `most`
+  // of their own: as a standard deviation.
+  double Scale(const Vector5d& at, double most) const {
+    const LatticeModel model = model_.At(at);
     std::vector<double> deviations;
-    deviations.reserve(rays_.size());
     for (const SheetRay& ray : rays_) {
-      const LatticeModel::Residual r = model_.ResidualOf(ray, at, 0);
-      deviations.push_back(std::abs(r.mm) / r.sigma);
+      const LatticeModel::Residual r = model.ResidualOf(ray, model.CentreOf(ray), 0);
+      const double deviation = std::abs(r.mm) / r.sigma;
+      if (deviation < most) deviations.push_back(deviation);
     }
+    if (deviations.empty()) return kLeastScale;
     const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
     std::nth_element(deviations.begin(), middle, deviations.end());
-    return std::max(*middle / 0.6745, 1e-9);
+    return std::max(*middle / 0.6745, kLeastScale);
   }
 
   // Least squares with Tukey's weights from `at`, samples that are off by `most` deviations, or by
@@ -89,8 +95,9 @@ class LatticeFit {
     for (int i = 0; i < kMostIterations; ++i) {
       Matrix5d normal = scale * scale * Prior();
       Vector5d right = scale * scale * PriorGradient(at);
+      const LatticeModel model = model_.At(at);
       for (const SheetRay& ray : rays_) {
-        const Term term = TermOf(ray, at);
+        const Term term = TermOf(ray, model);
         const double weight = TukeyWeight(term.d2, Bound2(term, most)).weight;
         if (weight == 0) continue;
         normal += weight * term.information;
@@ -103,7 +110,7 @@ class LatticeFit {
           std::max({1e3 * std::abs(step(kLatticePitch)) / at(kLatticePitch),
                     1e3 * std::abs(step(kLatticeRotation)), std::abs(step(kLatticePhase0)),
                     std::abs(step(kLatticePhase1)), std::abs(step(kLatticeGap)) / gap_});
-      if (change < 1e-9) break;
+      if (change < 1e-7) break;
     }
     return at;
   }
@@ -170,14 +177,14 @@ class CellOfSheet {
 
 Information InformationOf(const LatticeFit& fit, const LatticeModel& model,
                           const std::vector<SheetRay>& rays, const std::vector<Vector3d>& eyes,
-                          const Vector5d& at, double scale) {
+                          double scale) {
   Information information{fit.Prior() * scale * scale, fit.Prior() * std::pow(scale, 4), {}, 0};
   information.eyes.assign(eyes.size(), Eigen::Matrix<double, 5, 3>::Zero());
   std::map<std::pair<int, int>, Vector5d> cells;
   const CellOfSheet cell(rays);
-  const double dimensions = std::min(2, model.num_families());
+  const double dimensions = model.num_directions();
   for (const SheetRay& ray : rays) {
-    const Term term = fit.TermOf(ray, at);
+    const Term term = LatticeFit::TermOf(ray, model);
     const TukeyWeight tukey(term.d2, LatticeFit::Bound2(term, kTukey * scale));
     if (tukey.weight == 0) continue;
     ++information.num_used;
@@ -186,11 +193,12 @@ Information InformationOf(const LatticeFit& fit, const LatticeModel& model,
     const auto [place, is_new] = cells.try_emplace(cell(ray), Vector5d::Zero());
     place->second += tukey.weight * term.gradient;
     const auto view = static_cast<std::size_t>(ray.view);
+    const Vector2d centre = model.CentreOf(ray);
     const double curvature = tukey.weight + 2 * tukey.slope * term.d2 / dimensions;
     for (int a = 0; a < model.num_families(); ++a) {
-      const LatticeModel::Residual r = model.ResidualOf(ray, at, a);
+      const LatticeModel::Residual r = model.ResidualOf(ray, centre, a);
       information.eyes[view] += curvature * model.FamilyWeight() / (r.sigma * r.sigma) * r.slopes *
-                                model.SlopesOfEye(ray, eyes[view], at, a).transpose();
+                                model.SlopesOfEye(ray, eyes[view], a).transpose();
     }
   }
   for (const auto& [place, gradient] : cells) {
@@ -219,8 +227,8 @@ struct Drift {
   double rms_px = 0, max_px = 0;
 };
 
-Drift DriftOf(const Matrix5d& covariance, const LatticeModel& model, const Vector5d& at,
-              const LayerCalibration& design, const EyeBox& box) {
+Drift DriftOf(const Matrix5d& covariance, const LatticeModel& model, const LayerCalibration& design,
+              const EyeBox& box) {
   const Rigid stack_from_display = Inverse(design.display_from_stack);
   const PanelCalibration& panel = design.emitter;
   const double pixel = panel.pitch_mm * (1 + panel.scale);
@@ -232,7 +240,7 @@ Drift DriftOf(const Matrix5d& covariance, const LatticeModel& model, const Vecto
     for (int place = 0; place < 9; ++place) {
       const Vector2d at_edge = half.cwiseProduct(Vector2d(place % 3 - 1, place / 3 - 1));
       const Eigen::Matrix<double, 2, 5> slopes =
-          model.SlopesOfDrift(at, at_edge, stack_from_display * eye);
+          model.SlopesOfDrift(at_edge, stack_from_display * eye);
       const Eigen::Matrix2d of_point = slopes * covariance * slopes.transpose() / (pixel * pixel);
       // In the direction in which it is the largest.
       const double variance =
@@ -248,15 +256,15 @@ Drift DriftOf(const Matrix5d& covariance, const LatticeModel& model, const Vecto
 
 // Of each family the distance across its lenses between the cameras that are furthest apart.
 std::vector<double> ApartOf(const std::vector<Vector3d>& eyes, const std::vector<SheetRay>& rays,
-                            const LatticeModel& model, const Vector5d& at) {
+                            const LatticeModel& model) {
   std::vector<bool> seen(eyes.size(), false);
   for (const SheetRay& ray : rays) seen[static_cast<std::size_t>(ray.view)] = true;
   std::vector<double> apart;
-  for (int a = 0; a < std::min(2, model.num_families()); ++a) {
+  for (int a = 0; a < model.num_directions(); ++a) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (std::size_t view = 0; view < eyes.size(); ++view) {
       if (!seen[view]) continue;
-      const double across = model.Normal(at, a).dot(eyes[view].head<2>());
+      const double across = model.Normal(a).dot(eyes[view].head<2>());
       low = std::min(low, across);
       high = std::max(high, across);
     }
@@ -270,7 +278,7 @@ Vector3d NextEye(const std::vector<Vector3d>& eyes, const Vector2d& normal) {
   Vector3d mean(0, 0, 0);
   for (const Vector3d& eye : eyes) mean += eye / static_cast<double>(eyes.size());
   const double across = normal.dot(mean.head<2>());
-  const double step = std::max(2 * kLeastApartMm, 0.4 * mean.z()) * (across > 0 ? -1 : 1);
+  const double step = std::max(2 * kLeastApartMm, 0.6 * mean.z()) * (across > 0 ? -1 : 1);
   mean.head<2>() += step * normal;
   return mean;
 }
@@ -299,11 +307,12 @@ Matrix5d WithoutSecondPhase(Matrix5d covariance) {
   return covariance;
 }
 
-double MedianSigma(const std::vector<SheetRay>& rays, const LatticeModel& model,
-                   const Vector5d& at) {
+double MedianSigma(const std::vector<SheetRay>& rays, const LatticeModel& model) {
   std::vector<double> sigmas;
   sigmas.reserve(rays.size());
-  for (const SheetRay& ray : rays) sigmas.push_back(model.ResidualOf(ray, at, 0).sigma);
+  for (const SheetRay& ray : rays) {
+    sigmas.push_back(model.ResidualOf(ray, ray.sheet, 0).sigma);
+  }
   const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
   std::nth_element(sigmas.begin(), middle, sigmas.end());
   return *middle;
@@ -355,21 +364,25 @@ LatticeReport EstimateLattice(const LatticeObservations& observations,
   }
   const std::vector<SheetRay> rays = SheetRaysOf(observations, design);
   const std::vector<Vector3d>& eyes = observations.eyes_mm;
-  const LatticeModel model(*design.lattice);
   Vector5d nominal;
   nominal << design.lattice->pitch_mm, design.lattice->rotation_rad, design.lattice->phase,
       design.gap_mm / design.index;
-  const LatticeFit fit(rays, model, nominal(kLatticeGap));
-  Vector5d at = FindLattice(rays, eyes, model, nominal);
-  at = fit.Minimise(at, fit.Scale(at), std::numeric_limits<double>::infinity());
-  for (int i = 0; i < 3; ++i) {
-    const double scale = fit.Scale(at);
-    at = fit.Minimise(at, scale, kTukey * scale);
+  const LatticeModel sheet(*design.lattice, nominal);
+  const LatticeFit fit(rays, sheet, nominal(kLatticeGap));
+  Vector5d at = FindLattice(rays, eyes, sheet);
+  double most = std::numeric_limits<double>::infinity(), scale = fit.Scale(at, most);
+  at = fit.Minimise(at, scale, most);
+  for (int i = 0; i < kMostRounds; ++i) {
+    const double before = scale;
+    scale = fit.Scale(at, most);
+    most = kTukey * scale;
+    at = fit.Minimise(at, scale, most);
+    if (i > 0 && scale > 0.98 * before) break;
   }
-  const double scale = fit.Scale(at);
-  const Information information = InformationOf(fit, model, rays, eyes, at, scale);
+  const LatticeModel model = sheet.At(at);
+  const Information information = InformationOf(fit, model, rays, eyes, scale);
   const auto drift = [&](const Information& known) {
-    return DriftOf(CovarianceOf(known, options.eye_sd_mm), model, at, design, options.eye_box);
+    return DriftOf(CovarianceOf(known, options.eye_sd_mm), model, design, options.eye_box);
   };
   LatticeReport report;
   report.layer = LayerWith(design, *design.lattice, at);
@@ -379,10 +392,9 @@ LatticeReport EstimateLattice(const LatticeObservations& observations,
   report.drift_max_px = drift(information).max_px;
   report.num_samples = static_cast<int>(rays.size());
   report.num_used = information.num_used;
-  report.noise_px = scale * MedianSigma(rays, model, at) / design.emitter.pitch_mm;
-  report.apart_mm = ApartOf(eyes, rays, model, at);
-  AddFailures(drift(WithGap(information)), eyes, model.Normal(at, 0), options.largest_drift_px,
-              report);
+  report.noise_px = scale * MedianSigma(rays, model) / design.emitter.pitch_mm;
+  report.apart_mm = ApartOf(eyes, rays, model);
+  AddFailures(drift(WithGap(information)), eyes, model.Normal(0), options.largest_drift_px, report);
   return report;
 }
 

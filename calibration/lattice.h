@@ -37,7 +37,7 @@ struct LatticeObservations {
 
 struct LatticeOptions {
   EyeBox eye_box;          // of the viewers, in the display's frame
-  double eye_sd_mm = 0.5;  // how well the cameras' positions are known, each coordinate
+  double eye_sd_mm = 0.3;  // how well each coordinate of a camera is known: half a mm in all
   double largest_drift_px = 0.02;
 };
 

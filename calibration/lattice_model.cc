@@ -70,15 +70,16 @@ std::vector<SheetRay> SheetRaysOf(const LatticeObservations& observations,
       }
     }
     const Vector3d at = stack_from_emitter * PanelPoint(design.emitter, seen);
-    ray.panel = at.head<2>();
-    // Panels that are bowed or stand askew have another gap there.
-    ray.slope *= -at.z() / design.gap_mm;
+    // A panel that is bowed or stands askew is further behind there than its middle.
+    const double further = (-at.z() - design.gap_mm) / design.index;
+    ray.panel = at.head<2>() - further * ray.slope;
     rays.push_back(ray);
   }
   return rays;
 }
 
-LatticeModel::LatticeModel(const LensLattice& lattice) : focal_(lattice.focal_mm) {
+LatticeModel::LatticeModel(const LensLattice& lattice, const Vector5d& at)
+    : at_(at), focal_(lattice.focal_mm) {
   switch (lattice.type) {
     case LensLattice::Type::kLine:
       break;
@@ -92,79 +93,72 @@ LatticeModel::LatticeModel(const LensLattice& lattice) : focal_(lattice.focal_mm
       spacing_ = std::sqrt(3.0) / 2;
       break;
   }
+  *this = At(at);
 }
 
-Vector2d LatticeModel::Normal(const Vector5d& at, int family) const {
-  const double angle = at(kLatticeRotation) + family * turn_;
-  return {std::cos(angle), std::sin(angle)};
-}
-
-double LatticeModel::Phase(const Vector5d& at, int family) const {
-  switch (family) {
-    case 0:
-      return at(kLatticePhase0);
-    case 1:
-      return at(kLatticePhase1);
-    default:
-      return at(kLatticePhase1) - at(kLatticePhase0);
+LatticeModel LatticeModel::At(const Vector5d& at) const {
+  LatticeModel model = *this;
+  model.at_ = at;
+  if (focal_ > 0) model.magnification_ = focal_ / at(kLatticeGap);
+  for (int a = 0; a < num_families_; ++a) {
+    const double angle = at(kLatticeRotation) + a * turn_;
+    model.normals_[Index(a)] = {std::cos(angle), std::sin(angle)};
+    model.along_[Index(a)] = {-std::sin(angle), std::cos(angle)};
   }
+  model.phases_ = {at(kLatticePhase0), at(kLatticePhase1), at(kLatticePhase1) - at(kLatticePhase0)};
+  return model;
 }
 
-Vector2d LatticeModel::CentreOf(const SheetRay& ray, double gap) const {
+Vector2d LatticeModel::CentreOf(const SheetRay& ray) const {
+  const double gap = at_(kLatticeGap);
   if (!(focal_ > 0)) return ray.panel - gap * ray.slope;
-  const Vector2d straight = ray.panel - gap * ray.slope - (1 - gap / focal_) * ray.sheet;
-  return straight * (focal_ / gap);
+  return magnification_ * (ray.panel - gap * ray.slope - (1 - gap / focal_) * ray.sheet);
 }
 
-LatticeModel::Residual LatticeModel::ResidualOf(const SheetRay& ray, const Vector5d& at,
+LatticeModel::Residual LatticeModel::ResidualOf(const SheetRay& ray, const Vector2d& centre,
                                                 int family) const {
-  const double gap = at(kLatticeGap), P = SpacingMm(at), phase = Phase(at, family);
-  const Vector2d n = Normal(at, family), along(-n.y(), n.x());
-  const Vector2d centre = CentreOf(ray, gap);
+  const double P = SpacingMm(), phase = phases_[Index(family)];
+  const Vector2d& n = normals_[Index(family)];
   const double s = n.dot(centre), k = std::round(s / P - phase);
-  const double magnification = Magnification(gap);
   Residual residual;
   residual.mm = s - (k + phase) * P;
-  residual.sigma = magnification * n.cwiseProduct(ray.sigma).norm();
+  residual.sigma = magnification_ * n.cwiseProduct(ray.sigma).norm();
   residual.slopes.setZero();
   residual.slopes(kLatticePitch) = -(k + phase) * spacing_;
-  residual.slopes(kLatticeRotation) = along.dot(centre);
+  residual.slopes(kLatticeRotation) = along_[Index(family)].dot(centre);
   if (family != 1) residual.slopes(kLatticePhase0) = family == 2 ? P : -P;
   if (family != 0) residual.slopes(kLatticePhase1) = -P;
   // Of c = (X - f w - (1 - f/F) q) F/f.
-  const Vector2d towards_sheet = focal_ > 0 ? Vector2d((ray.sheet - centre) / gap) : Vector2d(0, 0);
-  residual.slopes(kLatticeGap) = n.dot(towards_sheet - magnification * ray.slope);
+  const double towards_sheet = focal_ > 0 ? n.dot(ray.sheet - centre) / at_(kLatticeGap) : 0;
+  residual.slopes(kLatticeGap) = towards_sheet - magnification_ * n.dot(ray.slope);
   return residual;
 }
 
-Vector3d LatticeModel::SlopesOfEye(const SheetRay& ray, const Vector3d& eye, const Vector5d& at,
-                                   int family) const {
-  const Vector2d n = Normal(at, family);
-  const double scale = Magnification(at(kLatticeGap)) * at(kLatticeGap) / eye.z();
+Vector3d LatticeModel::SlopesOfEye(const SheetRay& ray, const Vector3d& eye, int family) const {
+  const Vector2d& n = normals_[Index(family)];
+  const double scale = magnification_ * at_(kLatticeGap) / eye.z();
   return {scale * n.x(), scale * n.y(), scale * n.dot(ray.sheet - eye.head<2>()) / eye.z()};
 }
 
-Eigen::Matrix<double, 2, 5> LatticeModel::SlopesOfDrift(const Vector5d& at, const Vector2d& place,
+Eigen::Matrix<double, 2, 5> LatticeModel::SlopesOfDrift(const Vector2d& place,
                                                         const Vector3d& eye) const {
-  const double P = SpacingMm(at), gap = at(kLatticeGap), D = eye.z();
-  const int directions = num_families_ == 1 ? 1 : 2;
   // n_a . dc = (k + phi_a) dP + P dphi_a - (t_a . c) dth, where lens k is the one at the place.
   Eigen::Matrix2d normals = Eigen::Matrix2d::Identity();
-  Eigen::Matrix<double, 2, 5> lines = Eigen::Matrix<double, 2, 5>::Zero();
-  for (int a = 0; a < directions; ++a) {
-    const Vector2d n = Normal(at, a), along(-n.y(), n.x());
-    normals.row(a) = n.transpose();
-    lines(a, kLatticePitch) = n.dot(place) / P * spacing_;
-    lines(a, kLatticeRotation) = -along.dot(place);
-    lines(a, kLatticePhase0 + a) = P;
+  Eigen::Matrix<double, 2, 5> drift = Eigen::Matrix<double, 2, 5>::Zero();
+  for (int a = 0; a < num_directions(); ++a) {
+    normals.row(a) = Normal(a).transpose();
+    drift(a, kLatticePitch) = Normal(a).dot(place) / SpacingMm() * spacing_;
+    drift(a, kLatticeRotation) = -along_[Index(a)].dot(place);
+    drift(a, kLatticePhase0 + a) = SpacingMm();
   }
-  const Vector2d slope = (place - eye.head<2>()) / D;  // X = c + f (c - e)/D
-  if (directions == 1) {
-    Eigen::Matrix<double, 2, 5> drift = lines * (1 + gap / D);
-    drift(0, kLatticeGap) = normals.row(0).dot(slope);
+  // X = c + f (c - e)/D
+  drift *= 1 + at_(kLatticeGap) / eye.z();
+  const Vector2d slope = (place - eye.head<2>()) / eye.z();
+  if (num_directions() == 1) {
+    drift(0, kLatticeGap) = Normal(0).dot(slope);
     return drift;
   }
-  Eigen::Matrix<double, 2, 5> drift = normals.inverse() * lines * (1 + gap / D);
+  drift = (normals.inverse() * drift).eval();
   drift.col(kLatticeGap) = slope;
   return drift;
 }

@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 
 constexpr double kMostPitchOff = 0.015, kMostRotationOff = 0.0262;  // 1.5 %, 1.5 degrees
 constexpr double kTwoPi = 2 * std::numbers::pi;
-constexpr double kMostWork = 2e8;          // terms of the periodogram
+constexpr double kMostWork = 1e8;          // terms of the periodogram
 constexpr std::size_t kMostForGap = 6000;  // samples
 constexpr double kMostGapOff = 1.0 / 3;
 
@@ -50,28 +50,28 @@ struct Grid {
 // Lens centres in a family's own axes: along its normal and along its lenses. In these all families
 // have one frequency.
 std::vector<Vector2d> CentresAlong(const std::vector<SheetRay>& rays, const LatticeModel& model,
-                                   const Vector5d& at, int family) {
-  const Vector2d n = model.Normal(at, family), t(-n.y(), n.x());
+                                   int family) {
+  const Vector2d n = model.Normal(family), t(-n.y(), n.x());
   std::vector<Vector2d> centres;
   centres.reserve(rays.size());
   for (const SheetRay& ray : rays) {
-    const Vector2d c = model.CentreOf(ray, at(kLatticeGap));
+    const Vector2d c = model.CentreOf(ray);
     centres.emplace_back(n.dot(c), t.dot(c));
   }
   return centres;
 }
 
-Grid GridFor(const std::vector<SheetRay>& rays, const LatticeModel& model, const Vector5d& at) {
+Grid GridFor(const std::vector<SheetRay>& rays, const LatticeModel& model) {
   Vector2d extent(0, 0);
   for (int a = 0; a < model.num_families(); ++a) {
     Vector2d low = Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    for (const Vector2d& c : CentresAlong(rays, model, at, a)) {
+    for (const Vector2d& c : CentresAlong(rays, model, a)) {
       low = low.cwiseMin(c);
       high = high.cwiseMax(c);
     }
     extent = extent.cwiseMax(high - low);
   }
-  const double P = model.SpacingMm(at);
+  const double P = model.SpacingMm();
   extent = extent.cwiseMax(P);
   Grid grid{1 / (2 * extent.x()), 1 / (2 * extent.y()), 0, 0};
   grid.half_along = static_cast<int>(std::ceil(kMostPitchOff / P / grid.step_along)) + 1;
@@ -109,15 +109,14 @@ Error NotFound(const char* what) {
 }
 
 // Pitch and rotation of the highest power.
-Vector5d FindPitch(const std::vector<SheetRay>& all, int num_views, const LatticeModel& model,
-                   const Vector5d& design) {
-  const Grid grid = GridFor(all, model, design);
+Vector5d FindPitch(const std::vector<SheetRay>& all, int num_views, const LatticeModel& model) {
+  const Grid grid = GridFor(all, model);
   const double terms = static_cast<double>(grid.size()) * model.num_families();
   const auto rays = Thinned(all, static_cast<std::size_t>(std::max(1000.0, kMostWork / terms)));
-  const double frequency = 1 / model.SpacingMm(design);
+  const double frequency = 1 / model.SpacingMm();
   std::vector<double> power(grid.size(), 0.0);
   for (int a = 0; a < model.num_families(); ++a) {
-    const std::vector<Vector2d> centres = CentresAlong(rays, model, design, a);
+    const std::vector<Vector2d> centres = CentresAlong(rays, model, a);
     for (int view = 0; view < num_views; ++view) {
       AddPower(centres, rays, view, frequency, grid, power);
     }
@@ -135,9 +134,9 @@ Vector5d FindPitch(const std::vector<SheetRay>& all, int num_views, const Lattic
     throw NotFound("its lattice is further from the design's than 1.5 % or 1.5 degrees");
   }
   const Vector2d found(frequency + i * grid.step_along, j * grid.step_across);
-  Vector5d at = design;
-  at(kLatticePitch) = design(kLatticePitch) * frequency / found.norm();
-  at(kLatticeRotation) = design(kLatticeRotation) + std::atan2(found.y(), found.x());
+  Vector5d at = model.parameters();
+  at(kLatticePitch) *= frequency / found.norm();
+  at(kLatticeRotation) += std::atan2(found.y(), found.x());
   return at;
 }
 
@@ -148,14 +147,13 @@ double MeanDistance(const std::vector<Eigen::Vector3d>& eyes) {
 }
 
 // Of each family, over all views.
-std::vector<Complex> SumsAt(const std::vector<SheetRay>& rays, const LatticeModel& model,
-                            const Vector5d& at) {
-  std::vector<Complex> sums(static_cast<std::size_t>(model.num_families()));
+std::vector<Complex> SumsOf(const std::vector<SheetRay>& rays, const LatticeModel& model) {
+  std::vector<Complex> sums;
   for (int a = 0; a < model.num_families(); ++a) {
-    const Vector2d n = model.Normal(at, a) / model.SpacingMm(at);
-    for (const SheetRay& ray : rays) {
-      sums[static_cast<std::size_t>(a)] += Turn(n.dot(model.CentreOf(ray, at(kLatticeGap))));
-    }
+    const Vector2d n = model.Normal(a) / model.SpacingMm();
+    Complex sum = 0;
+    for (const SheetRay& ray : rays) sum += Turn(n.dot(model.CentreOf(ray)));
+    sums.push_back(sum);
   }
   return sums;
 }
@@ -174,24 +172,24 @@ double SpreadOfSlopes(const std::vector<SheetRay>& rays) {
 }  // namespace
 
 Vector5d FindLattice(const std::vector<SheetRay>& rays, const std::vector<Eigen::Vector3d>& eyes,
-                     const LatticeModel& model, const Vector5d& design) {
+                     const LatticeModel& design) {
   if (rays.empty()) throw NotFound("no pixel of the photographs shows the panel");
-  const Vector5d start = FindPitch(rays, static_cast<int>(eyes.size()), model, design);
+  const Vector5d start = FindPitch(rays, static_cast<int>(eyes.size()), design);
   const std::vector<SheetRay> few = Thinned(rays, kMostForGap);
-  const double gap = design(kLatticeGap), distance = MeanDistance(eyes);
-  const double reach = kMostGapOff * gap, spread = std::max(SpreadOfSlopes(few), 1e-6);
-  const int half =
-      std::clamp(static_cast<int>(std::ceil(8 * reach * spread / model.SpacingMm(start))), 1, 200);
+  const double gap = start(kLatticeGap), distance = MeanDistance(eyes);
+  // Slopes that differ by their spread turn by an eighth from step to step.
+  const double reach = kMostGapOff * gap;
+  const double turns = reach * SpreadOfSlopes(few) / design.At(start).SpacingMm();
+  const int half = std::clamp(static_cast<int>(std::ceil(8 * turns)), 1, 200);
   Vector5d best = start;
   double highest = 0;
-  for (int step = 0; step <= 2 * half;
-       ++step) {  // 0, 1, -1, 2, -2: the nearest to the design first
+  for (int step = 0; step <= 2 * half; ++step) {  // the nearest to the design first: 0, 1, -1, 2
     const int i = step % 2 == 1 ? (step + 1) / 2 : -step / 2;
     Vector5d at = start;
     at(kLatticeGap) = gap + i * reach / half;
     // What the views show is P (1 + f/D).
     at(kLatticePitch) *= (1 + gap / distance) / (1 + at(kLatticeGap) / distance);
-    const std::vector<Complex> sums = SumsAt(few, model, at);
+    const std::vector<Complex> sums = SumsOf(few, design.At(at));
     double power = 0;
     for (const Complex& sum : sums) power += std::norm(sum);
     if (power <= 1.001 * highest) continue;
