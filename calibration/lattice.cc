@@ -225,6 +225,8 @@ Information WithGap(Information information) {
 
 struct Drift {
   double rms_px = 0, max_px = 0;
+  Vector2d worst_px{0, 0};
+  Vector3d worst_eye{0, 0, 0};
 };
 
 Drift DriftOf(const Matrix5d& covariance, const LatticeModel& model, const LayerCalibration& design,
@@ -238,16 +240,19 @@ Drift DriftOf(const Matrix5d& covariance, const LatticeModel& model, const Layer
   int count = 0;
   for (const Vector3d& eye : box.Eyes()) {
     for (int place = 0; place < 9; ++place) {
-      const Vector2d at_edge = half.cwiseProduct(Vector2d(place % 3 - 1, place / 3 - 1));
+      const Vector2d side(place % 3 - 1, place / 3 - 1);
       const Eigen::Matrix<double, 2, 5> slopes =
-          model.SlopesOfDrift(at_edge, stack_from_display * eye);
+          model.SlopesOfDrift(half.cwiseProduct(side), stack_from_display * eye);
       const Eigen::Matrix2d of_point = slopes * covariance * slopes.transpose() / (pixel * pixel);
       // In the direction in which it is the largest.
       const double variance =
           Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(of_point).eigenvalues()(1);
-      drift.max_px = std::max(drift.max_px, std::sqrt(std::max(0.0, variance)));
       sum += variance;
       ++count;
+      if (!(variance > drift.max_px * drift.max_px)) continue;
+      drift.max_px = std::sqrt(variance);
+      drift.worst_px = half / pixel + Vector2d(side.x(), -side.y()).cwiseProduct(half / pixel);
+      drift.worst_eye = eye;
     }
   }
   drift.rms_px = std::sqrt(std::max(0.0, sum / count));
@@ -381,18 +386,22 @@ LatticeReport EstimateLattice(const LatticeObservations& observations,
   }
   const LatticeModel model = sheet.At(at);
   const Information information = InformationOf(fit, model, rays, eyes, scale);
-  const auto drift = [&](const Information& known) {
-    return DriftOf(CovarianceOf(known, options.eye_sd_mm), model, design, options.eye_box);
+  const auto drift = [&](const Information& of) {
+    return DriftOf(CovarianceOf(of, options.eye_sd_mm), model, design, options.eye_box);
   };
   LatticeReport report;
   report.layer = LayerWith(design, *design.lattice, at);
   report.covariance = CovarianceOf(information, options.eye_sd_mm);
   if (model.num_families() == 1) report.covariance = WithoutSecondPhase(report.covariance);
-  report.drift_rms_px = drift(information).rms_px;
-  report.drift_max_px = drift(information).max_px;
+  const Drift known = drift(information);
+  report.drift_rms_px = known.rms_px;
+  report.drift_max_px = known.max_px;
+  report.worst_px = known.worst_px;
+  report.worst_eye = known.worst_eye;
   report.num_samples = static_cast<int>(rays.size());
   report.num_used = information.num_used;
   report.noise_px = scale * MedianSigma(rays, model) / design.emitter.pitch_mm;
+  report.chi2 = scale * scale;
   report.apart_mm = ApartOf(eyes, rays, model);
   AddFailures(drift(WithGap(information)), eyes, model.Normal(0), options.largest_drift_px, report);
   return report;

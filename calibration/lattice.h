@@ -61,9 +61,12 @@ struct LatticeReport {
   // direction in which it is largest: root mean square and largest of 3 x 3 places from edge to
   // edge and all eyes.
   double drift_rms_px = 0, drift_max_px = 0;
-  int num_samples = 0, num_used = 0;  // used: within 4.7 deviations of the lattice
-  double noise_px = 0;                // robust standard deviation of a sample about the lattice
-  std::vector<double> apart_mm;       // cameras, the farthest two, across each family of lenses
+  Eigen::Vector2d worst_px{0, 0};      // the panel's pixel before which the worst lens lies
+  Eigen::Vector3d worst_eye{0, 0, 0};  // and who sees it, in the display's frame
+  int num_samples = 0, num_used = 0;   // used: within 4.7 deviations of the lattice
+  double noise_px = 0;                 // robust standard deviation of a sample about the lattice
+  double chi2 = 0;                     // its square, in the samples' own deviations
+  std::vector<double> apart_mm;        // cameras, the farthest two, across each family of lenses
   // Where not empty the lattice is not to be used.
   std::vector<Weakness> failures;
   bool accepted() const { return failures.empty(); }
