@@ -220,6 +220,9 @@ TEST(PhaseSeries, AreFineToCoarseAndCoverThePanel) {
   EXPECT_EQ(series[5], (PhaseSeries{PanelAxis::kV, 2048, 4}));
   EXPECT_EQ(PhaseSeriesOf(3840, 2160)[3], (PhaseSeries{PanelAxis::kU, 4096, 4}));
   EXPECT_EQ(PhaseSeriesOf(100000, 10)[4].period_px, 131072);
+  EXPECT_EQ(PhaseSeriesOf(128, 129)[1], (PhaseSeries{PanelAxis::kU, 128, 4}));
+  EXPECT_EQ(PhaseSeriesOf(128, 129)[2], (PhaseSeries{PanelAxis::kV, 16, 8}));
+  EXPECT_EQ(PhaseSeriesOf(128, 129).back(), (PhaseSeries{PanelAxis::kV, 2048, 4}));
 }
 
 TEST(DrawPhase, IsASinusoidOfLight) {
