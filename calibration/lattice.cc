@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "calibration/lattice_model.h"
+#include "calibration/lattice_residuals.h"
 #include "calibration/lattice_search.h"
 #include "lightfield/error.h"
 #include "lightfield/panel_rays.h"
@@ -25,6 +26,7 @@ using Eigen::Vector3d;
 constexpr double kTukey = 4.685;     // deviations: 95 % efficient where errors are normal
 constexpr double kGapPriorSd = 0.1;  // of the gap, what a display builder would assume
 constexpr double kMostOutliers = 0.35;
+constexpr double kMostMisfitPx = 0.03;
 constexpr double kLeastApartMm = 100;
 constexpr double kShareWithGap = 0.7;  // of the drift, if the gap were known: it is the gap then
 constexpr double kLeastScale = 1e-9;
@@ -337,6 +339,18 @@ LayerCalibration LayerWith(const LayerCalibration& design, const LensLattice& ty
   return layer;
 }
 
+// One lattice does not describe the sheet as a whole.
+void AddMisfit(const LatticeMisfit& misfit, LatticeReport& report) {
+  const double pixel = report.layer.emitter.pitch_mm;
+  if (misfit.largest_mm < kMostMisfitPx * pixel + 4.5 * misfit.deviation_mm) return;
+  report.failures.push_back(
+      {fmt::format(
+           "lenses about ({:.0f}, {:.0f}) mm are off the lattice by {:.2f} px: the sheet or "
+           "the panel is bent or stands askew, or a camera is elsewhere",
+           misfit.place_mm.x(), misfit.place_mm.y(), misfit.largest_mm / pixel),
+       "press the sheet flat onto the panel, and measure the cameras' positions again"});
+}
+
 void AddFailures(const Drift& with_gap_known, const std::vector<Vector3d>& eyes,
                  const Vector2d& normal, double limit_px, LatticeReport& report) {
   if (report.num_used < (1 - kMostOutliers) * report.num_samples) {
@@ -403,6 +417,7 @@ LatticeReport EstimateLattice(const LatticeObservations& observations,
   report.noise_px = scale * MedianSigma(rays, model) / design.emitter.pitch_mm;
   report.chi2 = scale * scale;
   report.apart_mm = ApartOf(eyes, rays, model);
+  AddMisfit(MisfitOf(rays, model, kTukey * scale), report);
   AddFailures(drift(WithGap(information)), eyes, model.Normal(0), options.largest_drift_px, report);
   return report;
 }

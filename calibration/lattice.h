@@ -76,7 +76,8 @@ struct LatticeReport {
 // pitch may be 1.5 % off, its rotation 1.5 degrees, its gap a third. Phases come out in [0, 1), the
 // rotation is that nearest the design's. Fails by name: one camera position, or positions too near
 // one another (pitch and phase with the gap), too little of the panel or too much noise, more than
-// 35 % of the samples off the lattice. UsageError where the layer has no lenses; InputError where
+// 35 % of the samples off the lattice, a part of the sheet (of 8 x 5) off it by more than 0.03 px
+// on the mean, beyond what chance does. UsageError where the layer has no lenses; InputError where
 // samples make no sense or no lattice like the design's is in them.
 LatticeReport EstimateLattice(const LatticeObservations& observations,
                               const LayerCalibration& design, const LatticeOptions& options = {});

@@ -73,28 +73,37 @@ void RepeatFirst(std::vector<PatternShot>& shots) {
   shots.push_back(again);
 }
 
-std::string What(const PatternShot& shot) {
+// `stacked`: the layer has another panel.
+std::string What(const PatternShot& shot, bool stacked) {
   const std::string layer = fmt::format("layer {}", shot.panel.layer);
-  const char* other = shot.panel.role == PanelId::kEmitter ? "modulator" : "emitter";
+  const char* other = !stacked                               ? ""
+                      : shot.panel.role == PanelId::kEmitter ? "; its modulator white"
+                                                             : "; its emitter white";
   switch (shot.kind) {
     case PatternShot::Kind::kDark:
       return "every panel black";
     case PatternShot::Kind::kWhite:
-      return layer + ": both panels white";
+      return layer + (stacked ? ": both panels white" : ": white");
     case PatternShot::Kind::kLeak:
       return layer + ": emitter white, modulator black";
     case PatternShot::Kind::kBoard:
       return fmt::format(
-          "{}: board; its {} white{}", NameOf(shot.panel), other,
+          "{}: board{}{}", NameOf(shot.panel), other,
           shot.again ? "; the same as before, it tells whether the camera moved" : "");
     case PatternShot::Kind::kPhase:
       break;
   }
-  return fmt::format("{}: sinusoid along {} of {} px, step {} of {}; its {} white{}",
-                     NameOf(shot.panel), shot.pattern.series.axis == PanelAxis::kU ? "u" : "v",
+  return fmt::format("{}: sinusoid along {} of {} px, step {} of {}{}{}", NameOf(shot.panel),
+                     shot.pattern.series.axis == PanelAxis::kU ? "u" : "v",
                      shot.pattern.series.period_px, shot.pattern.step + 1,
                      shot.pattern.series.steps, other,
                      shot.again ? "; the same as before, it tells whether the camera moved" : "");
+}
+
+bool IsStacked(const ShotList& list, int layer) {
+  return std::any_of(list.panels.begin(), list.panels.end(), [&](const CalibratedPanel& panel) {
+    return panel.id == PanelId{layer, PanelId::kModulator};
+  });
 }
 
 std::string PositionsForPanels(CalibrationMode mode) {
@@ -202,7 +211,7 @@ std::string DescribeShots(const ShotList& list) {
       list.display, list.shots.size(),
       lenses ? PositionsForLenses() : PositionsForPanels(list.mode));
   for (const PatternShot& shot : list.shots)
-    text += fmt::format("{:<36} {}\n", shot.name, What(shot));
+    text += fmt::format("{:<36} {}\n", shot.name, What(shot, IsStacked(list, shot.panel.layer)));
   return text + "\nPanels that a shot does not name are black.\n";
 }
 

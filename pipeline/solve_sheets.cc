@@ -50,6 +50,15 @@ std::map<int, View> CamerasOf(const CheckedPhotos& checked, const fs::path& file
   return cameras;
 }
 
+// Sinusoids are told by their place in the list: where one is missing, those after it are others.
+bool IsComplete(const CheckedPhotos& checked, int view) {
+  std::size_t good = 0;
+  for (const CheckedPhoto& photo : checked.photos) {
+    if (photo.view == view && photo.shot && photo.good) ++good;
+  }
+  return good == checked.list.shots.size();
+}
+
 const View& CameraOf(const std::map<int, View>& cameras, int view, const PhasePhotoSet& photos,
                      const fs::path& file) {
   const auto found = cameras.find(view);
@@ -109,11 +118,13 @@ SolvedSheet SolveSheet(const CalibratedPanel& panel, const LayerCalibration& des
       fs::is_directory(options.photos) ? options.photos : options.photos.parent_path();
   LatticeObservations seen;
   for (int view = 0; view < checked.num_views; ++view) {
-    const auto photos = ReadPhasePhotos(checked, folder, view, panel, ReadMeanLight);
+    const auto photos = IsComplete(checked, view)
+                            ? ReadPhasePhotos(checked, folder, view, panel, ReadMeanLight)
+                            : std::nullopt;
     progress.Advance();
     if (!photos) {
-      solved.left_out.push_back(fmt::format("position {}: not all shots of {} are there and good",
-                                            view + 1, NameOf(panel.id)));
+      solved.left_out.push_back(
+          fmt::format("position {}: not all shots are there and good", view + 1));
       continue;
     }
     AddSamples(DecodePhase(photos->capture), CameraOf(cameras, view, *photos, options.cameras),
@@ -123,8 +134,7 @@ SolvedSheet SolveSheet(const CalibratedPanel& panel, const LayerCalibration& des
     }
   }
   if (seen.eyes_mm.empty()) {
-    throw InputError(options.photos.string(),
-                     fmt::format("no position has all shots of {}", NameOf(panel.id)),
+    throw InputError(options.photos.string(), "no position has all shots",
                      "`lamella calibrate check` says which are missing");
   }
   LatticeOptions lattice;

@@ -425,6 +425,14 @@ TEST_P(LatticeOf, IsFoundBeforeAPanelThatStandsAskew) {
   EXPECT_LT(Drift(report.layer, sheet_), 0.01);
 }
 
+// The same, but nobody knows.
+TEST_P(LatticeOf, IsRefusedWhereThePanelStandsAskew) {
+  LayerCalibration truth = ThickSheet(sheet_, 0), design = truth;
+  truth.rotation_rad.y() = 0.003;
+  const LatticeReport report = EstimateLattice(LinesOfSight(truth, 20000), design, Viewers());
+  EXPECT_THAT(Lost(report), HasSubstr("the sheet or the panel is bent or stands askew"));
+}
+
 TEST(LatticeModel, SlopesAreThoseOfItsResiduals) {
   for (const Type type : {Type::kLine, Type::kSquare, Type::kHexagonal}) {
     for (const double focal : {0.0, 1.1}) {

@@ -141,6 +141,7 @@ TEST(DescribeShots, SaysHowManyPositionsLensesNeed) {
   const std::string text = DescribeShots(PlanShots(calibration, CalibrationMode::kPrecise));
   EXPECT_THAT(text, HasSubstr("Positions: 2 and more"));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("two rings")));
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("modulator")));
 }
 
 }  // namespace
