@@ -25,7 +25,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostSamples = 60000;  // of a position
+constexpr std::size_t kMostSamples = 100000;  // of a position
 // A lens magnifies the panel's pixels, within which there is one phase.
 constexpr double kPixelSigma = 0.2887;  // px: 1/sqrt(12)
 constexpr double kDegrees = 180 / std::numbers::pi;

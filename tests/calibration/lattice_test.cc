@@ -1,7 +1,6 @@
-// Lens sheets photographed by pinhole cameras: every pixel's line of sight goes to a lens's vertex
-// and on to the panel, by geometry of this file's own. The accuracy that is promised is checked at
-// 6 dB: an amplitude of the sinusoid of 10^(6/20) = 2 standard deviations of a photograph's noise,
-// so that one pixel alone is 0.64 panel px wrong and its period unknown.
+// Lattices estimated from the photographs of sheet_scene.h. The accuracy that is promised is
+// checked at 6 dB: an amplitude of the sinusoid of 10^(6/20) = 2 standard deviations of a
+// photograph's noise, so that one pixel alone is 0.64 panel px wrong and its period unknown.
 #include "calibration/lattice.h"
 
 #include <cmath>
@@ -18,6 +17,7 @@
 #include "calibration/lattice_model.h"
 #include "lightfield/error.h"
 #include "lightfield/panel_rays.h"
+#include "tests/calibration/sheet_scene.h"
 
 namespace lamella {
 namespace {
@@ -26,155 +26,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
 using Type = LensLattice::Type;
-
-constexpr double kPixel = 0.0784;  // mm; 324 per inch
-constexpr int kWidth = 1536, kHeight = 2048;
-constexpr double kDegree = std::numbers::pi / 180;
-
-// Lens centres (i + phase 0) b1 + (j + phase 1) b2; a line's lenses run along b2 everywhere.
-struct Sheet {
-  Type type = Type::kLine;
-  double pitch = 5.7 * kPixel, rotation = 0.14, gap = 0.9;
-  Vector2d phase{0.31, 0.77};
-
-  Vector2d First() const {
-    const double turn = type == Type::kHexagonal ? -std::numbers::pi / 6 : 0;
-    return pitch * Vector2d(std::cos(rotation + turn), std::sin(rotation + turn));
-  }
-  Vector2d Second() const { return pitch * Vector2d(-std::sin(rotation), std::cos(rotation)); }
-  Vector2d NearestCentre(const Vector2d& q) const {
-    Eigen::Matrix2d basis;
-    basis << First(), Second();
-    const Vector2d at = basis.inverse() * q - phase;
-    if (type == Type::kLine) return basis * (Vector2d(std::round(at.x()), at.y()) + phase);
-    Vector2d best(1e9, 1e9);
-    for (int i = -1; i <= 1; ++i) {
-      for (int j = -1; j <= 1; ++j) {
-        const Vector2d index(std::round(at.x()) + i, std::round(at.y()) + j);
-        const Vector2d centre = basis * (index + phase);
-        if ((centre - q).norm() < (best - q).norm()) best = centre;
-      }
-    }
-    return best;
-  }
-  // What an eye sees through the lens at q, mm: s_k (1 + f/D) - e_s f/D in every direction that the
-  // lens bends, the pixel's own line of sight giving the slope.
-  Vector2d Seen(const Vector2d& q, const Vector3d& eye) const {
-    return NearestCentre(q) + gap * (q - eye.head<2>()) / eye.z();
-  }
-};
-
-Vector2d PixelOf(const Vector2d& mm) {
-  return {mm.x() / kPixel + kWidth / 2.0, kHeight / 2.0 - mm.y() / kPixel};
-}
-
-LayerCalibration DesignOf(const Sheet& sheet) {
-  LayerCalibration layer;
-  layer.emitter.width_px = kWidth;
-  layer.emitter.height_px = kHeight;
-  layer.emitter.pitch_mm = kPixel;
-  layer.gap_mm = sheet.gap;
-  layer.lattice = LensLattice{sheet.type, sheet.pitch, sheet.rotation, {0, 0}, 0};
-  return layer;
-}
-
-struct Noise {
-  double decode_px = 0;  // of a decoded pixel
-  double intensity = 0;  // of photographs of the sinusoid, in its amplitudes; decoded here
-  double borders = 0;    // share of a lens at its rim where two lenses' light mixes
-  double stray = 0;      // share of samples that are anything
-  double eye_mm = 0;     // of the cameras' positions, as they are said to be
-};
-
-// Eight steps of a period of 16 px, as a camera's pixel has them: the phase in px.
-double Decode(double u, double sigma, std::mt19937& random) {
-  std::normal_distribution<double> noise(0, sigma);
-  double sine = 0, cosine = 0;
-  for (int k = 0; k < 8; ++k) {
-    const double light = std::cos(2 * std::numbers::pi * (u / 16 - k / 8.0)) + noise(random);
-    cosine += light * std::cos(2 * std::numbers::pi * k / 8);
-    sine += light * std::sin(2 * std::numbers::pi * k / 8);
-  }
-  return 16 * std::atan2(sine, cosine) / (2 * std::numbers::pi);
-}
-
-LatticeObservations Photograph(const Sheet& sheet, const std::vector<Vector3d>& eyes, int samples,
-                               const Noise& noise, std::uint32_t seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> share(0, 1), side(-0.5, 0.5);
-  std::normal_distribution<double> normal(0, 1);
-  LatticeObservations seen;
-  if (noise.intensity > 0) seen.period_px = 16;
-  for (std::size_t view = 0; view < eyes.size(); ++view) {
-    const Vector3d& eye = eyes[view];
-    seen.eyes_mm.emplace_back(eye + noise.eye_mm *
-                                        Vector3d(normal(random), normal(random), normal(random)));
-    for (int i = 0; i < samples; ++i) {
-      const Vector2d q(side(random) * kWidth * kPixel, side(random) * kHeight * kPixel);
-      Vector2d px = PixelOf(sheet.Seen(q, eye));
-      const Vector2d step = noise.borders * sheet.pitch * Vector2d(side(random), side(random));
-      px = (px + PixelOf(sheet.Seen(q + step, eye))) / 2;  // mixes at rims only
-      for (double& u : px) {
-        u += noise.decode_px * normal(random);
-        if (noise.intensity > 0) u = Decode(u, noise.intensity, random);
-      }
-      if (share(random) < noise.stray) px = {share(random) * kWidth, share(random) * kHeight};
-      seen.samples.push_back({static_cast<int>(view), q, px, {0.5, 0.5}});
-    }
-  }
-  return seen;
-}
-
-const std::vector<Vector3d> kTwoEyes = {{-110, 20, 520}, {120, -80, 480}};
-
-// What a lens at each edge of the panel shows to eyes, by the estimate and in truth, px: the
-// largest difference in the directions that the lenses bend.
-double Drift(const LayerCalibration& layer, const Sheet& truth) {
-  Sheet sheet = truth;
-  sheet.pitch = layer.lattice->pitch_mm;
-  sheet.rotation = layer.lattice->rotation_rad;
-  sheet.phase = layer.lattice->phase;
-  sheet.gap = layer.gap_mm / layer.index;
-  const Vector2d across(std::cos(truth.rotation), std::sin(truth.rotation));
-  double most = 0;
-  for (int place = 0; place < 9; ++place) {
-    const Vector2d corner(kWidth * kPixel / 2 * (place % 3 - 1),
-                          kHeight * kPixel / 2 * (place / 3 - 1));
-    const Vector2d lens = truth.NearestCentre(corner);
-    for (const double x : {-120.0, 0.0, 120.0}) {
-      for (const double y : {-120.0, 0.0, 120.0}) {
-        const Vector3d eye(x, y, 500);
-        const Vector2d off = sheet.Seen(lens, eye) - truth.Seen(lens, eye);
-        const double px = (truth.type == Type::kLine ? std::abs(across.dot(off)) : off.norm());
-        most = std::max(most, px / kPixel);
-      }
-    }
-  }
-  return most;
-}
-
-// Phase of the lens nearest the middle, px.
-double PhaseError(const LayerCalibration& layer, const Sheet& truth) {
-  Vector2d off = layer.lattice->phase - truth.phase;
-  off -= Vector2d(std::round(off.x()), std::round(off.y()));
-  if (truth.type == Type::kLine) off.y() = 0;
-  return off.cwiseAbs().maxCoeff() * truth.pitch / kPixel;
-}
-
-LatticeOptions Viewers() {
-  LatticeOptions options;
-  options.eye_box = {120, 120, 450, 550};
-  return options;
-}
-
-// The design is wrong by 1 %, a degree and a tenth of the gap.
-LayerCalibration WrongDesign(const Sheet& sheet, int sign) {
-  LayerCalibration design = DesignOf(sheet);
-  design.lattice->pitch_mm *= 1 + 0.01 * sign;
-  design.lattice->rotation_rad -= kDegree * sign;
-  design.gap_mm *= 1 + 0.1 * sign;
-  return design;
-}
 
 class LatticeOf : public ::testing::TestWithParam<Type> {
  protected:
@@ -189,32 +40,33 @@ INSTANTIATE_TEST_SUITE_P(Types, LatticeOf,
                          NameOfCase);
 
 TEST_P(LatticeOf, IsExactWithoutNoise) {
-  const auto seen = Photograph(sheet_, kTwoEyes, 3000, {}, 1);
-  const LatticeReport report = EstimateLattice(seen, WrongDesign(sheet_, 1), Viewers());
-  EXPECT_LT(Drift(report.layer, sheet_), 1e-4);
+  const auto seen = PhotographSheet(sheet_, TwoEyes(), 3000, {}, 1);
+  const LatticeReport report = EstimateLattice(seen, WrongDesign(sheet_, 1), SheetViewers());
+  EXPECT_LT(DriftOf(report.layer, sheet_), 1e-4);
   EXPECT_NEAR(report.layer.gap_mm, sheet_.gap, 1e-5);
 }
 
 TEST_P(LatticeOf, IsKnownToFiftiethsOfAPixelAtSixDecibels) {
-  Noise noise;
+  SheetNoise noise;
   noise.intensity = std::pow(10, -6 / 20.0);
   for (const int sign : {-1, 1}) {
-    const auto seen = Photograph(sheet_, kTwoEyes, 25000, noise, 5 + static_cast<unsigned>(sign));
-    const LatticeReport report = EstimateLattice(seen, WrongDesign(sheet_, sign), Viewers());
+    const auto seen =
+        PhotographSheet(sheet_, TwoEyes(), 25000, noise, 5 + static_cast<unsigned>(sign));
+    const LatticeReport report = EstimateLattice(seen, WrongDesign(sheet_, sign), SheetViewers());
     EXPECT_TRUE(report.accepted()) << report.failures[0].lost;
-    EXPECT_LT(Drift(report.layer, sheet_), 0.02);
+    EXPECT_LT(DriftOf(report.layer, sheet_), 0.02);
     EXPECT_LT(std::abs(report.layer.lattice->rotation_rad - sheet_.rotation), 0.001 * kDegree);
-    EXPECT_LT(PhaseError(report.layer, sheet_), 0.02);
+    EXPECT_LT(PhaseErrorPx(report.layer, sheet_), 0.02);
     EXPECT_NEAR(report.noise_px, 0.64, 0.05);
   }
 }
 
 TEST_P(LatticeOf, DoesNotMindMixedLightAtBordersAndStrayPixels) {
-  Noise noise{0.1, 0, 0.25, 0.1, 0};
-  const auto seen = Photograph(sheet_, kTwoEyes, 10000, noise, 3);
-  const LatticeReport report = EstimateLattice(seen, WrongDesign(sheet_, -1), Viewers());
+  SheetNoise noise{0.1, 0, 0.25, 0.1, 0};
+  const auto seen = PhotographSheet(sheet_, TwoEyes(), 10000, noise, 3);
+  const LatticeReport report = EstimateLattice(seen, WrongDesign(sheet_, -1), SheetViewers());
   EXPECT_TRUE(report.accepted()) << report.failures[0].lost;
-  EXPECT_LT(Drift(report.layer, sheet_), 0.012);
+  EXPECT_LT(DriftOf(report.layer, sheet_), 0.012);
 }
 
 // The estimate's error in units of what it says of itself, squared, per parameter.
@@ -232,16 +84,17 @@ double NormalisedError(const LatticeReport& report, const Sheet& truth) {
 }
 
 TEST_P(LatticeOf, KnowsHowWellItIsKnown) {
-  LatticeOptions exact = Viewers();
+  LatticeOptions exact = SheetViewers();
   exact.eye_sd_mm = 0;
   double noise = 0, eyes = 0;
   constexpr int kTrials = 12;
   for (unsigned seed = 0; seed < kTrials; ++seed) {
-    const auto noisy = Photograph(sheet_, kTwoEyes, 1500, {0.5}, seed);
+    const auto noisy = PhotographSheet(sheet_, TwoEyes(), 1500, {0.5}, seed);
     noise += NormalisedError(EstimateLattice(noisy, DesignOf(sheet_), exact), sheet_) / kTrials;
-    const auto elsewhere = Photograph(sheet_, kTwoEyes, 1500, {0.05, 0, 0, 0, 0.3}, 50 + seed);
-    eyes +=
-        NormalisedError(EstimateLattice(elsewhere, DesignOf(sheet_), Viewers()), sheet_) / kTrials;
+    const auto elsewhere =
+        PhotographSheet(sheet_, TwoEyes(), 1500, {0.05, 0, 0, 0, 0.3}, 50 + seed);
+    eyes += NormalisedError(EstimateLattice(elsewhere, DesignOf(sheet_), SheetViewers()), sheet_) /
+            kTrials;
   }
   // The mean of 48 or 60 squares: 1 within 4.5 times its standard deviation; of 600 it is 1.0
   // to 1.1.
@@ -254,21 +107,21 @@ std::string Lost(const LatticeReport& report) {
 }
 
 TEST_P(LatticeOf, IsRefusedFromOnePositionOrFromPositionsTooNear) {
-  const auto one = Photograph(sheet_, {{90, 60, 500}}, 8000, {0.5}, 1);
-  const LatticeReport from_one = EstimateLattice(one, WrongDesign(sheet_, 1), Viewers());
+  const auto one = PhotographSheet(sheet_, {{90, 60, 500}}, 8000, {0.5}, 1);
+  const LatticeReport from_one = EstimateLattice(one, WrongDesign(sheet_, 1), SheetViewers());
   EXPECT_THAT(Lost(from_one), HasSubstr("pitch and phase cannot be told from their gap: there is "
                                         "one camera position only"));
   EXPECT_THAT(from_one.failures.at(0).cure, HasSubstr("100 mm and more away across the lenses"));
   EXPECT_GT(from_one.drift_max_px, 0.1);
-  const auto near = Photograph(sheet_, {{90, 60, 500}, {92, 60, 500}}, 8000, {0.5}, 1);
-  const LatticeReport from_near = EstimateLattice(near, WrongDesign(sheet_, 1), Viewers());
+  const auto near = PhotographSheet(sheet_, {{90, 60, 500}, {92, 60, 500}}, 8000, {0.5}, 1);
+  const LatticeReport from_near = EstimateLattice(near, WrongDesign(sheet_, 1), SheetViewers());
   EXPECT_THAT(Lost(from_near), HasSubstr("camera positions are 2 mm apart across the lenses"));
   // The photograph that it asks for settles it.
   const std::string& cure = from_near.failures.at(0).cure;
   double x = 0, y = 0, z = 0;
   ASSERT_EQ(std::sscanf(cure.substr(cure.find('(')).c_str(), "(%lf, %lf, %lf)", &x, &y, &z), 3);
-  const auto cured = Photograph(sheet_, {{90, 60, 500}, {x, y, z}}, 8000, {0.5}, 1);
-  EXPECT_EQ(Lost(EstimateLattice(cured, WrongDesign(sheet_, 1), Viewers())), "nothing");
+  const auto cured = PhotographSheet(sheet_, {{90, 60, 500}, {x, y, z}}, 8000, {0.5}, 1);
+  EXPECT_EQ(Lost(EstimateLattice(cured, WrongDesign(sheet_, 1), SheetViewers())), "nothing");
 }
 
 TEST(Lattice, OfALineIsNotToldByCamerasAlongTheLenses) {
@@ -276,27 +129,28 @@ TEST(Lattice, OfALineIsNotToldByCamerasAlongTheLenses) {
   const Vector2d along(-std::sin(sheet.rotation), std::cos(sheet.rotation));
   const std::vector<Vector3d> eyes = {{120 * along.x(), 120 * along.y(), 500},
                                       {-120 * along.x(), -120 * along.y(), 500}};
-  const auto refused =
-      EstimateLattice(Photograph(sheet, eyes, 6000, {0.3}, 1), DesignOf(sheet), Viewers());
+  const auto refused = EstimateLattice(PhotographSheet(sheet, eyes, 6000, {0.3}, 1),
+                                       DesignOf(sheet), SheetViewers());
   EXPECT_THAT(Lost(refused), HasSubstr("are 0 mm apart across the lenses"));
   sheet.type = Type::kSquare;
-  EXPECT_TRUE(EstimateLattice(Photograph(sheet, eyes, 6000, {0.3}, 1), DesignOf(sheet), Viewers())
-                  .accepted());
+  EXPECT_TRUE(
+      EstimateLattice(PhotographSheet(sheet, eyes, 6000, {0.3}, 1), DesignOf(sheet), SheetViewers())
+          .accepted());
 }
 
 TEST(Lattice, IsRefusedWhereThePhotographsAreTooNoisyOrShowSomethingElse) {
   const Sheet sheet;
-  EXPECT_THAT(
-      Lost(EstimateLattice(Photograph(sheet, kTwoEyes, 300, {0.6}, 1), DesignOf(sheet), Viewers())),
-      HasSubstr("of 600 samples with a noise of 0.6"));
-  EXPECT_THAT(Lost(EstimateLattice(Photograph(sheet, kTwoEyes, 5000, {0.1, 0, 0, 0.5, 0}, 1),
-                                   DesignOf(sheet), Viewers())),
+  EXPECT_THAT(Lost(EstimateLattice(PhotographSheet(sheet, TwoEyes(), 300, {0.6}, 1),
+                                   DesignOf(sheet), SheetViewers())),
+              HasSubstr("of 600 samples with a noise of 0.6"));
+  EXPECT_THAT(Lost(EstimateLattice(PhotographSheet(sheet, TwoEyes(), 5000, {0.1, 0, 0, 0.5, 0}, 1),
+                                   DesignOf(sheet), SheetViewers())),
               HasSubstr("% of the samples are off the lattice"));
 }
 
 std::string Refusal(const LatticeObservations& seen, const LayerCalibration& design) {
   try {
-    EstimateLattice(seen, design, Viewers());
+    EstimateLattice(seen, design, SheetViewers());
   } catch (const Error& error) {
     return error.what();
   }
@@ -305,7 +159,7 @@ std::string Refusal(const LatticeObservations& seen, const LayerCalibration& des
 
 TEST(Lattice, OfAnotherSheetIsNotFound) {
   const Sheet sheet;
-  const auto seen = Photograph(sheet, kTwoEyes, 2000, {0.3}, 1);
+  const auto seen = PhotographSheet(sheet, TwoEyes(), 2000, {0.3}, 1);
   LayerCalibration design = DesignOf(sheet);
   design.lattice->pitch_mm *= 1.05;
   EXPECT_THAT(Refusal(seen, design), HasSubstr("no lattice like the design's is seen"));
@@ -320,7 +174,7 @@ TEST(Lattice, OfAnotherSheetIsNotFound) {
 TEST(Lattice, RefusesSamplesThatMakeNoSense) {
   const Sheet sheet;
   const auto refusal = [&](auto change) {
-    LatticeObservations seen = Photograph(sheet, kTwoEyes, 100, {}, 1);
+    LatticeObservations seen = PhotographSheet(sheet, TwoEyes(), 100, {}, 1);
     change(seen);
     return Refusal(seen, DesignOf(sheet));
   };
@@ -336,7 +190,7 @@ TEST(Lattice, RefusesSamplesThatMakeNoSense) {
 // A panel of 4K behind lenses of 4.5 sub-pixels: 2500 of them side by side, 1 % is 25 lenses.
 TEST(Lattice, OfFineSlantedLensesIsFound) {
   Sheet sheet;
-  sheet.pitch = 1.5 * kPixel;
+  sheet.pitch = 1.5 * kSheetPixel;
   sheet.rotation = -std::atan(1 / 6.0);
   sheet.gap = 0.25;
   LatticeObservations seen;
@@ -346,20 +200,20 @@ TEST(Lattice, OfFineSlantedLensesIsFound) {
   std::normal_distribution<double> normal(0, 0.15);
   for (int i = 0; i < 40000; ++i) {
     const int view = i % 2;
-    const Vector2d q(side(random) * 3840 * kPixel, side(random) * 2160 * kPixel);
+    const Vector2d q(side(random) * 3840 * kSheetPixel, side(random) * 2160 * kSheetPixel);
     const Vector2d mm = sheet.Seen(q, seen.eyes_mm[static_cast<std::size_t>(view)]);
-    seen.samples.push_back(
-        {view,
-         q,
-         {mm.x() / kPixel + 1920 + normal(random), 1080 - mm.y() / kPixel + normal(random)},
-         {1, 1}});
+    seen.samples.push_back({view,
+                            q,
+                            {mm.x() / kSheetPixel + 1920 + normal(random),
+                             1080 - mm.y() / kSheetPixel + normal(random)},
+                            {1, 1}});
   }
   for (const int sign : {-1, 1}) {
     LayerCalibration design = WrongDesign(sheet, sign);
     design.emitter.width_px = 3840;
     design.emitter.height_px = 2160;
-    const LatticeReport report = EstimateLattice(seen, design, Viewers());
-    EXPECT_LT(Drift(report.layer, sheet), 0.01);
+    const LatticeReport report = EstimateLattice(seen, design, SheetViewers());
+    EXPECT_LT(DriftOf(report.layer, sheet), 0.01);
     EXPECT_LT(std::abs(report.layer.lattice->rotation_rad - sheet.rotation), 0.001 * kDegree);
     EXPECT_NEAR(report.layer.gap_mm, sheet.gap, 0.002);
   }
@@ -382,13 +236,14 @@ LayerCalibration ThickSheet(const Sheet& sheet, double focal_mm) {
 LatticeObservations LinesOfSight(const LayerCalibration& layer, int samples) {
   const LayerSights sights(layer);
   LatticeObservations seen;
-  seen.eyes_mm = kTwoEyes;
+  seen.eyes_mm = TwoEyes();
   std::mt19937 random(8);
   std::uniform_real_distribution<double> side(-0.5, 0.5);
   for (int i = 0; i < samples; ++i) {
     const int view = i % 2;
-    const Vector2d q(side(random) * kWidth * kPixel, side(random) * kHeight * kPixel);
-    const Vector3d origin = layer.display_from_stack * kTwoEyes[static_cast<std::size_t>(view)];
+    const Vector2d q(side(random) * kSheetWidth * kSheetPixel,
+                     side(random) * kSheetHeight * kSheetPixel);
+    const Vector3d origin = layer.display_from_stack * seen.eyes_mm[static_cast<std::size_t>(view)];
     const Vector3d at = layer.display_from_stack * Vector3d(q.x(), q.y(), 0);
     const auto hit = sights.Seen(origin, at - origin);
     if (hit) seen.samples.push_back({view, q, hit->emitter, {0.5, 0.5}});
@@ -402,7 +257,7 @@ LatticeReport EstimatedFrom(const LayerCalibration& truth, const Sheet& sheet, i
   design.lattice = LensLattice{
       sheet.type, 1.01 * sheet.pitch, sheet.rotation + kDegree, {0, 0}, truth.lattice->focal_mm};
   design.gap_mm *= 0.93;
-  return EstimateLattice(LinesOfSight(truth, samples), design, Viewers());
+  return EstimateLattice(LinesOfSight(truth, samples), design, SheetViewers());
 }
 
 TEST_P(LatticeOf, IsExactBehindThickGlassAndOfLensesThatFocusBeyondThePanel) {
@@ -411,7 +266,7 @@ TEST_P(LatticeOf, IsExactBehindThickGlassAndOfLensesThatFocusBeyondThePanel) {
     const LatticeReport report = EstimatedFrom(truth, sheet_, 3000);
     EXPECT_NEAR(report.layer.lattice->pitch_mm, sheet_.pitch, 1e-8);
     EXPECT_NEAR(report.layer.lattice->rotation_rad, sheet_.rotation, 1e-8);
-    EXPECT_LT(PhaseError(report.layer, sheet_), 1e-4);
+    EXPECT_LT(PhaseErrorPx(report.layer, sheet_), 1e-4);
     EXPECT_NEAR(report.layer.gap_mm, truth.gap_mm, 1e-5);
     EXPECT_EQ(report.layer.lattice->focal_mm, focal);
   }
@@ -422,14 +277,14 @@ TEST_P(LatticeOf, IsFoundBeforeAPanelThatStandsAskew) {
   LayerCalibration truth = ThickSheet(sheet_, 0);
   truth.rotation_rad = {0.002, -0.001, 0.01};
   const LatticeReport report = EstimatedFrom(truth, sheet_, 10000);
-  EXPECT_LT(Drift(report.layer, sheet_), 0.01);
+  EXPECT_LT(DriftOf(report.layer, sheet_), 0.01);
 }
 
 // The same, but nobody knows.
 TEST_P(LatticeOf, IsRefusedWhereThePanelStandsAskew) {
   LayerCalibration truth = ThickSheet(sheet_, 0), design = truth;
   truth.rotation_rad.y() = 0.003;
-  const LatticeReport report = EstimateLattice(LinesOfSight(truth, 20000), design, Viewers());
+  const LatticeReport report = EstimateLattice(LinesOfSight(truth, 20000), design, SheetViewers());
   EXPECT_THAT(Lost(report), HasSubstr("the sheet or the panel is bent or stands askew"));
 }
 
