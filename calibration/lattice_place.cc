@@ -56,7 +56,7 @@ Vector3d MoveOf(const std::vector<SheetRay>& rays, double gap, const Vector2d& p
 LayerCalibration WithPanelInPlace(const LatticeObservations& observations,
                                   const LayerCalibration& design) {
   LayerCalibration placed = design;
-  if (observations.period_px > 0 || observations.samples.size() < kFewest) return placed;
+  if (observations.samples.size() < kFewest) return placed;
   // Turns are small but for the first one; the second finds what that left.
   for (int pass = 0; pass < 3; ++pass) {
     const std::vector<SheetRay> rays = SheetRaysOf(observations, placed);

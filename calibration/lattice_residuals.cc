@@ -41,10 +41,9 @@ Parts PartsOf(const std::vector<SheetRay>& rays, const LatticeModel& model, int 
     if (!(std::abs(r.mm) < most * r.sigma)) continue;
     const Vector2d share =
         (ray.sheet - extent.low).cwiseQuotient((extent.high - extent.low).cwiseMax(1e-9));
-    const int x = std::min(2 * kColumns - 1, static_cast<int>(2 * kColumns * share.x()));
-    const int y = std::min(2 * kRows - 1, static_cast<int>(2 * kRows * share.y()));
-    Mean& mean = parts[static_cast<std::size_t>(y / 2 * kColumns + x / 2)]
-                      [static_cast<std::size_t>(y % 2 * 2 + x % 2)];
+    const auto x = static_cast<std::size_t>(std::min(2 * kColumns - 1.0, 2 * kColumns * share.x()));
+    const auto y = static_cast<std::size_t>(std::min(2 * kRows - 1.0, 2 * kRows * share.y()));
+    Mean& mean = parts[y / 2 * kColumns + x / 2][y % 2 * 2 + x % 2];
     mean.sum += r.mm;
     ++mean.count;
   }
@@ -72,8 +71,9 @@ LatticeMisfit MisfitOf(const std::vector<SheetRay>& rays, const LatticeModel& mo
       degrees += 3;
       if (std::abs(mean) <= misfit.largest_mm) continue;
       misfit.largest_mm = std::abs(mean);
-      const Vector2d share((static_cast<double>(i % kColumns) + 0.5) / kColumns,
-                           (static_cast<double>(i / kColumns) + 0.5) / kRows);
+      const std::size_t column = i % kColumns, row = i / kColumns;
+      const Vector2d share((static_cast<double>(column) + 0.5) / kColumns,
+                           (static_cast<double>(row) + 0.5) / kRows);
       misfit.place_mm = extent.low + share.cwiseProduct(extent.high - extent.low);
     }
   }

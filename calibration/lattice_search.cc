@@ -51,7 +51,8 @@ struct Grid {
 // have one frequency.
 std::vector<Vector2d> CentresAlong(const std::vector<SheetRay>& rays, const LatticeModel& model,
                                    int family) {
-  const Vector2d n = model.Normal(family), t(-n.y(), n.x());
+  const Vector2d& n = model.Normal(family);
+  const Vector2d t(-n.y(), n.x());
   std::vector<Vector2d> centres;
   centres.reserve(rays.size());
   for (const SheetRay& ray : rays) {

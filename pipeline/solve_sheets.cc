@@ -28,6 +28,9 @@ using Eigen::Vector3d;
 constexpr std::size_t kMostSamples = 100000;  // of a position
 // A lens magnifies the panel's pixels, within which there is one phase.
 constexpr double kPixelSigma = 0.2887;  // px: 1/sqrt(12)
+// Of the pixels that see a faint sinusoid, those to be unwrapped one by one; else none are.
+constexpr double kLeastUnwrapped = 0.2;
+constexpr int kFinePeriod = 16, kMiddlePeriod = 128;  // px
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 void CheckLayers(const Calibration& design) {
@@ -110,13 +113,33 @@ void AddSamples(const ScreenMap& map, const View& camera, const Rigid& stack_fro
   }
 }
 
-SolvedSheet SolveSheet(const CalibratedPanel& panel, const LayerCalibration& design,
+// What all positions show of one sheet: pixel by pixel, and by single periods.
+struct SheetSamples {
+  LatticeObservations whole, fine, middle;
+  int num_views = 0;
+  bool IsFaint() const {
+    return static_cast<double>(whole.samples.size()) <
+           kLeastUnwrapped * static_cast<double>(fine.samples.size());
+  }
+};
+
+void AddView(const PhaseCapture& capture, const View& camera, const Rigid& stack_from_display,
+             SheetSamples& seen) {
+  AddSamples(DecodePhase(capture), camera, stack_from_display, seen.whole);
+  AddSamples(DecodePeriod(capture, kFinePeriod), camera, stack_from_display, seen.fine);
+  AddSamples(DecodePeriod(capture, kMiddlePeriod), camera, stack_from_display, seen.middle);
+  ++seen.num_views;
+}
+
+SheetSamples SamplesOf(const CalibratedPanel& panel, const LayerCalibration& design,
                        const CheckedPhotos& checked, const std::map<int, View>& cameras,
                        const SolveSheetsOptions& options, SolvedSheets& solved,
                        Progress& progress) {
   const fs::path folder =
       fs::is_directory(options.photos) ? options.photos : options.photos.parent_path();
-  LatticeObservations seen;
+  SheetSamples seen;
+  seen.fine.period_px = kFinePeriod;
+  seen.middle.period_px = kMiddlePeriod;
   for (int view = 0; view < checked.num_views; ++view) {
     const auto photos = IsComplete(checked, view)
                             ? ReadPhasePhotos(checked, folder, view, panel, ReadMeanLight)
@@ -127,21 +150,23 @@ SolvedSheet SolveSheet(const CalibratedPanel& panel, const LayerCalibration& des
           fmt::format("position {}: not all shots are there and good", view + 1));
       continue;
     }
-    AddSamples(DecodePhase(photos->capture), CameraOf(cameras, view, *photos, options.cameras),
-               Inverse(design.display_from_stack), seen);
+    AddView(photos->capture, CameraOf(cameras, view, *photos, options.cameras),
+            Inverse(design.display_from_stack), seen);
     for (const std::string& name : photos->names) {
       solved.photos.push_back({name, Sha256OfFile(folder / name)});
     }
   }
-  if (seen.eyes_mm.empty()) {
-    throw InputError(options.photos.string(), "no position has all shots",
-                     "`lamella calibrate check` says which are missing");
-  }
-  LatticeOptions lattice;
-  lattice.eye_box = solved.eye_box;
-  lattice.eye_sd_mm = options.camera_sd_mm;
-  return {panel.id.layer, static_cast<int>(seen.eyes_mm.size()),
-          EstimateLattice(seen, WithPanelInPlace(seen, design), lattice)};
+  if (seen.num_views > 0) return seen;
+  throw InputError(options.photos.string(), "no position has all shots",
+                   "`lamella calibrate check` says which are missing");
+}
+
+SolvedSheet SolveSheet(int layer, const SheetSamples& seen, const LayerCalibration& design,
+                       const LatticeOptions& options) {
+  const bool faint = seen.IsFaint();
+  const LayerCalibration placed = WithPanelInPlace(faint ? seen.middle : seen.whole, design);
+  return {layer, seen.num_views, faint,
+          EstimateLattice(faint ? seen.fine : seen.whole, placed, options)};
 }
 
 std::string Describe(const SolvedSheet& sheet) {
@@ -152,12 +177,13 @@ std::string Describe(const SolvedSheet& sheet) {
     return std::sqrt(std::max(0.0, report.covariance(i, i)));
   };
   std::string text = fmt::format(
-      "\nlayer {}: {} positions, {} of {} samples used, each {:.2f} px off the lattice (rms)\n"
+      "\nlayer {}: {} positions, {} of {} samples used, each {:.2f} px off the lattice (rms){}\n"
       "  lens pitch {:.6f} +- {:.6f} mm, rotation {:.5f} +- {:.5f} degrees\n"
       "  phase {:.5f} +- {:.5f} lenses",
       sheet.layer, sheet.num_views, report.num_used, report.num_samples, report.noise_px,
-      lattice.pitch_mm, sd(kLatticePitch), lattice.rotation_rad * kDegrees,
-      sd(kLatticeRotation) * kDegrees, lattice.phase.x(), sd(kLatticePhase0));
+      sheet.faint ? ", by the finest sinusoid alone, since it is faint" : "", lattice.pitch_mm,
+      sd(kLatticePitch), lattice.rotation_rad * kDegrees, sd(kLatticeRotation) * kDegrees,
+      lattice.phase.x(), sd(kLatticePhase0));
   if (lattice.type != LensLattice::Type::kLine) {
     text += fmt::format(" and {:.5f} +- {:.5f}", lattice.phase.y(), sd(kLatticePhase1));
   }
@@ -203,12 +229,16 @@ SolvedSheets SolveSheets(const SolveSheetsOptions& options, Progress& progress) 
   const CheckedPhotos checked = CheckPhotos(
       options.patterns, options.photos, [](const CheckedPhoto&, const std::string&) {}, progress);
   const std::map<int, View> cameras = CamerasOf(checked, options.cameras);
+  LatticeOptions lattice;
+  lattice.eye_box = solved.eye_box;
+  lattice.eye_sd_mm = options.camera_sd_mm;
   progress.Start("sinusoids",
                  static_cast<std::int64_t>(checked.list.panels.size()) * checked.num_views,
                  "panels");
   for (const CalibratedPanel& panel : checked.list.panels) {
     LayerCalibration& layer = solved.calibration.layers[static_cast<std::size_t>(panel.id.layer)];
-    solved.sheets.push_back(SolveSheet(panel, layer, checked, cameras, options, solved, progress));
+    const SheetSamples seen = SamplesOf(panel, layer, checked, cameras, options, solved, progress);
+    solved.sheets.push_back(SolveSheet(panel.id.layer, seen, layer, lattice));
     layer = solved.sheets.back().report.layer;
   }
   return solved;

@@ -27,6 +27,7 @@ struct SolveSheetsOptions {
 struct SolvedSheet {
   int layer = 0;
   int num_views = 0;
+  bool faint = false;  // decoded by the finest sinusoid and the display's geometry alone
   LatticeReport report;
 };
 
