@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kLeastModulation = 15, kLeastContrast = 10;  // sigma
+constexpr double kLeastFaintModulation = 3;
 constexpr double kMostNumber = 0.95;
 constexpr int kErosionPx = 3;
 constexpr double kMostOffPlane = 4;  // sigma
@@ -116,14 +117,22 @@ void CheckPhotos(const PhaseCapture& capture) {
   }
 }
 
+// Whether a pixel's modulation is that of light, not of noise.
+bool IsBright(const Steps& fine, int x, int y) { return fine.At(x, y).modulation() >= 0.02; }
+bool IsAboveItsNoise(const Steps& fine, int x, int y) {
+  const double modulation = fine.At(x, y).modulation();
+  return modulation * modulation > 4 * 2.0 / fine.series().steps * fine.Variance(x, y);
+}
+
 // From the median over the pixels that are lit, which pixels at edges and of the staircase do not
 // raise.
-double EstimateVariance(const Steps& fine, const PhaseCapture& capture) {
+double EstimateVariance(const Steps& fine, const PhaseCapture& capture,
+                        bool (*is_lit)(const Steps&, int, int)) {
   constexpr int kStep = 3;
   std::vector<double> variances;
   for (int y = 0; y < capture.white.height; y += kStep) {
     for (int x = 0; x < capture.white.width; x += kStep) {
-      if (fine.At(x, y).modulation() < 0.02 || fine.Brightest(x, y) > kMostNumber) continue;
+      if (!is_lit(fine, x, y) || fine.Brightest(x, y) > kMostNumber) continue;
       variances.push_back(fine.Variance(x, y));
     }
   }
@@ -168,6 +177,20 @@ bool IsLit(const PhaseCapture& capture, const std::vector<Steps>& axis, const Se
   const double contrast = white - static_cast<double>(capture.black(x, y));
   return s.modulation() > kLeastModulation * sigma * std::sqrt(2.0 / fine.series().steps) &&
          fine.Brightest(x, y) < kMostNumber && contrast > kLeastContrast * sigma;
+}
+
+const Steps& SeriesOfPeriod(const std::vector<Steps>& axis, int period_px) {
+  for (const Steps& steps : axis) {
+    if (steps.series().period_px == period_px) return steps;
+  }
+  throw InputError("phase patterns", fmt::format("there is no period of {} px", period_px),
+                   "photograph all patterns of the shot list");
+}
+
+bool IsFaintlyLit(const Steps& fine, double variance, int x, int y) {
+  return fine.At(x, y).modulation() >
+             kLeastFaintModulation * std::sqrt(2.0 / fine.series().steps * variance) &&
+         fine.Brightest(x, y) < kMostNumber;
 }
 
 struct Position {
@@ -255,10 +278,11 @@ ScreenMap DecodePhase(const PhaseCapture& capture, const std::optional<SensorNoi
   CheckPhotos(capture);
   const std::vector<Steps> u = SeriesOf(capture, PanelAxis::kU);
   const std::vector<Steps> v = SeriesOf(capture, PanelAxis::kV);
-  const SensorNoise sensor = noise ? *noise
-                                   : SensorNoise{0, (EstimateVariance(u.front(), capture) +
-                                                     EstimateVariance(v.front(), capture)) /
-                                                        2};
+  const SensorNoise sensor = noise
+                                 ? *noise
+                                 : SensorNoise{0, (EstimateVariance(u.front(), capture, IsBright) +
+                                                   EstimateVariance(v.front(), capture, IsBright)) /
+                                                      2};
   const int width = capture.white.width, height = capture.white.height;
   Image<std::uint8_t> lit(width, height);
   ParallelFor(0, height, kGrainRows, [&](std::int64_t first, std::int64_t last) {
@@ -289,6 +313,39 @@ ScreenMap DecodePhase(const PhaseCapture& capture, const std::optional<SensorNoi
   map.valid = known.Clone();
   KeepWhatLiesInPlane(map.u_px, map.sigma_u, known, map.valid);
   KeepWhatLiesInPlane(map.v_px, map.sigma_v, known, map.valid);
+  return map;
+}
+
+ScreenMap DecodePeriod(const PhaseCapture& capture, int period_px) {
+  CheckPhotos(capture);
+  const std::vector<Steps> u = SeriesOf(capture, PanelAxis::kU);
+  const std::vector<Steps> v = SeriesOf(capture, PanelAxis::kV);
+  const Steps& chosen_u = SeriesOfPeriod(u, period_px);
+  const Steps& chosen_v = SeriesOfPeriod(v, period_px);
+  const double variance = (EstimateVariance(u.front(), capture, IsAboveItsNoise) +
+                           EstimateVariance(v.front(), capture, IsAboveItsNoise)) /
+                          2;
+  const auto sigma_of = [&](const Steps& steps, const Sinusoid& s) {
+    return period_px / kTwoPi * std::sqrt(2.0 / steps.series().steps * variance) / s.modulation();
+  };
+  const int width = capture.white.width, height = capture.white.height;
+  ScreenMap map{
+      {width, height}, {width, height}, {width, height}, {width, height}, {width, height}};
+  ParallelFor(0, height, kGrainRows, [&](std::int64_t first, std::int64_t last) {
+    for (int y = static_cast<int>(first); y < last; ++y) {
+      for (int x = 0; x < width; ++x) {
+        if (!IsFaintlyLit(u.front(), variance, x, y) || !IsFaintlyLit(v.front(), variance, x, y)) {
+          continue;
+        }
+        const Sinusoid at_u = chosen_u.At(x, y), at_v = chosen_v.At(x, y);
+        map.u_px(x, y) = static_cast<float>(period_px * at_u.turns());
+        map.v_px(x, y) = static_cast<float>(period_px * at_v.turns());
+        map.sigma_u(x, y) = static_cast<float>(sigma_of(chosen_u, at_u));
+        map.sigma_v(x, y) = static_cast<float>(sigma_of(chosen_v, at_v));
+        map.valid(x, y) = 1;
+      }
+    }
+  });
   return map;
 }
 

@@ -38,4 +38,10 @@ struct PhaseCapture {
 // period is shorter than the panel, or photographs differ in size.
 ScreenMap DecodePhase(const PhaseCapture& capture, const std::optional<SensorNoise>& noise = {});
 
+// The series of one period alone, of modulation too faint to be unwrapped pixel by pixel: u and v
+// up to multiples of the period. Valid are pixels whose modulation in the finest series is 3 sigma
+// and more, down to an amplitude of 1.5 standard deviations of a photograph's noise. InputError as
+// above.
+ScreenMap DecodePeriod(const PhaseCapture& capture, int period_px);
+
 }  // namespace lamella

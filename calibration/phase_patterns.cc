@@ -16,7 +16,9 @@ constexpr int kFine = 16, kMiddle = 128, kCoarse = 2048, kMostRatio = 16;
 
 // Periods above the fine one.
 std::vector<int> CoarsePeriods(int size_px) {
-  std::vector<int> periods = {kMiddle, kCoarse};
+  std::vector<int> periods = {kMiddle};
+  // A period of many panels would be a dark photograph in one of its steps.
+  if (size_px > kMiddle) periods.push_back(kCoarse);
   while (periods.back() < size_px) {
     int period = periods.back();
     for (int ratio = 1; ratio < kMostRatio && period < size_px; ratio *= 2) period *= 2;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
+#include <numeric>
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
@@ -128,15 +130,38 @@ double MedianMotion(const std::vector<Observation>& before, const std::vector<Ob
   return *middle;
 }
 
+// Means over blocks, in which the noise of single pixels is no light. What blocks do not divide is
+// left out.
+std::vector<float> BlockMeans(ImageSpan<const float> light) {
+  const int block = std::clamp(std::min(light.width, light.height), 1, 4);
+  std::vector<float> means;
+  for (int y = 0; y + block <= light.height; y += block) {
+    for (int x = 0; x + block <= light.width; x += block) {
+      float sum = 0;
+      for (int j = 0; j < block; ++j) {
+        sum = std::accumulate(light.row(y + j) + x, light.row(y + j) + x + block, sum);
+      }
+      means.push_back(sum / static_cast<float>(block * block));
+    }
+  }
+  return means;
+}
+
+double ShareAtFullScale(ImageSpan<const float> light) {
+  const float full_scale = SrgbToLinear(kFullScale);
+  std::int64_t count = 0;
+  for (int y = 0; y < light.height; ++y) {
+    count += std::count_if(light.row(y), light.row(y) + light.width,
+                           [=](float value) { return value >= full_scale; });
+  }
+  return static_cast<double>(count) / light.width / light.height;
+}
+
 }  // namespace
 
 PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list) {
   PhotoFacts facts{light.width, light.height, 0, 0, 0, std::nullopt, std::nullopt};
-  std::vector<float> values;
-  values.reserve(static_cast<std::size_t>(light.width) * static_cast<std::size_t>(light.height));
-  for (int y = 0; y < light.height; ++y) {
-    values.insert(values.end(), light.row(y), light.row(y) + light.width);
-  }
+  std::vector<float> values = BlockMeans(light);
   const auto percentile = [&](double share) {
     const auto at = values.begin() +
                     static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -145,11 +170,7 @@ PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list) {
   };
   facts.dark = percentile(0.01);
   facts.bright = percentile(0.99);
-  const float full_scale = SrgbToLinear(kFullScale);
-  facts.saturated =
-      static_cast<double>(std::count_if(values.begin(), values.end(),
-                                        [=](float value) { return value >= full_scale; })) /
-      static_cast<double>(values.size());
+  facts.saturated = ShareAtFullScale(light);
   std::vector<CharucoBoard> boards;
   std::vector<PanelId> panels;
   for (const CalibratedPanel& panel : list.panels) {

@@ -16,7 +16,7 @@ namespace lamella {
 // What a photograph shows, whatever it is of. Levels are sRGB's of its light, 0 to 1.
 struct PhotoFacts {
   int width = 0, height = 0;
-  double dark = 0, bright = 0;   // 1st and 99th percentile
+  double dark = 0, bright = 0;   // 1st and 99th percentile of means over 4 x 4 px
   double saturated = 0;          // share of pixels at full scale
   std::optional<PanelId> panel;  // whose board is seen
   std::optional<BoardSighting> sighting;

@@ -73,28 +73,58 @@ void RepeatFirst(std::vector<PatternShot>& shots) {
   shots.push_back(again);
 }
 
-std::string What(const PatternShot& shot) {
+// `stacked`: the layer has another panel.
+std::string What(const PatternShot& shot, bool stacked) {
   const std::string layer = fmt::format("layer {}", shot.panel.layer);
-  const char* other = shot.panel.role == PanelId::kEmitter ? "modulator" : "emitter";
+  const char* other = !stacked                               ? ""
+                      : shot.panel.role == PanelId::kEmitter ? "; its modulator white"
+                                                             : "; its emitter white";
   switch (shot.kind) {
     case PatternShot::Kind::kDark:
       return "every panel black";
     case PatternShot::Kind::kWhite:
-      return layer + ": both panels white";
+      return layer + (stacked ? ": both panels white" : ": white");
     case PatternShot::Kind::kLeak:
       return layer + ": emitter white, modulator black";
     case PatternShot::Kind::kBoard:
       return fmt::format(
-          "{}: board; its {} white{}", NameOf(shot.panel), other,
+          "{}: board{}{}", NameOf(shot.panel), other,
           shot.again ? "; the same as before, it tells whether the camera moved" : "");
     case PatternShot::Kind::kPhase:
       break;
   }
-  return fmt::format("{}: sinusoid along {} of {} px, step {} of {}; its {} white{}",
-                     NameOf(shot.panel), shot.pattern.series.axis == PanelAxis::kU ? "u" : "v",
+  return fmt::format("{}: sinusoid along {} of {} px, step {} of {}{}{}", NameOf(shot.panel),
+                     shot.pattern.series.axis == PanelAxis::kU ? "u" : "v",
                      shot.pattern.series.period_px, shot.pattern.step + 1,
                      shot.pattern.series.steps, other,
                      shot.again ? "; the same as before, it tells whether the camera moved" : "");
+}
+
+bool IsStacked(const ShotList& list, int layer) {
+  return std::any_of(list.panels.begin(), list.panels.end(), [&](const CalibratedPanel& panel) {
+    return panel.id == PanelId{layer, PanelId::kModulator};
+  });
+}
+
+std::string PositionsForPanels(CalibrationMode mode) {
+  return fmt::format(
+      "Positions: 12 (never fewer than 6), on two rings about the axis, the outer one 20 degrees "
+      "or\n"
+      "more off it and beyond all eyes, the inner one a third of that; distances varied by 12 %, "
+      "the\n"
+      "camera rolled by 90 and 180 degrees in some.{}\n",
+      mode == CalibrationMode::kPrecise
+          ? "\nThe sinusoids are needed from 3 or 4 of the positions only."
+          : "");
+}
+
+std::string PositionsForLenses() {
+  return "Positions: 2 and more, as far apart across the lenses as eyes are from side to side (100 "
+         "mm at\n"
+         "least), the whole panel in the picture, its width 6 and more camera px per lens. Where "
+         "the camera\n"
+         "stands has to be known to half a mm, for instance from a printed board beside the "
+         "panel.\n";
 }
 
 }  // namespace
@@ -162,6 +192,10 @@ std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern) {
 }
 
 std::string DescribeShots(const ShotList& list) {
+  // Modulators are told from emitters by boards; lenses show neither.
+  const bool lenses = std::all_of(list.panels.begin(), list.panels.end(), [](const auto& panel) {
+    return panel.id.role == PanelId::kEmitter && !panel.board;
+  });
   std::string text = fmt::format(
       "Calibration of {}: {} photographs from every camera position\n\n"
       "Camera: on a tripod, released from afar, in a dark room; focus, zoom and exposure locked "
@@ -172,18 +206,12 @@ std::string DescribeShots(const ShotList& list) {
       "1.1 to 3 of its pixels on a panel's pixel.\n"
       "Panels: brightness at its final setting, no scaling, no time slots: one image stands "
       "still.\n"
-      "Positions: 12 (never fewer than 6), on two rings about the axis, the outer one 20 degrees "
-      "or\n"
-      "more off it and beyond all eyes, the inner one a third of that; distances varied by 12 %, "
-      "the\n"
-      "camera rolled by 90 and 180 degrees in some.{}\n"
+      "{}"
       "At every position take all of these without touching the camera:\n\n",
       list.display, list.shots.size(),
-      list.mode == CalibrationMode::kPrecise
-          ? "\nThe sinusoids are needed from 3 or 4 of the positions only."
-          : "");
+      lenses ? PositionsForLenses() : PositionsForPanels(list.mode));
   for (const PatternShot& shot : list.shots)
-    text += fmt::format("{:<36} {}\n", shot.name, What(shot));
+    text += fmt::format("{:<36} {}\n", shot.name, What(shot, IsStacked(list, shot.panel.layer)));
   return text + "\nPanels that a shot does not name are black.\n";
 }
 

@@ -17,6 +17,16 @@ Image<float> ReadLuminance(const fs::path& file) {
   return luminance;
 }
 
+Image<float> ReadMeanLight(const fs::path& file) {
+  const Image<Rgb> light = ReadImage(file);
+  Image<float> mean(light.width(), light.height());
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    const Rgb& pixel = light.data()[i];
+    mean.data()[i] = (pixel.r + pixel.g + pixel.b) / 3;
+  }
+  return mean;
+}
+
 CheckedPhotos CheckPhotos(
     const fs::path& patterns, const fs::path& photos,
     const std::function<void(const CheckedPhoto&, const std::string&)>& report,

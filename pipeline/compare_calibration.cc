@@ -81,6 +81,43 @@ RayDifference CompareMaps(const Calibration& a, const Calibration& b, const Pane
   return CompareRays(PixelsOfRays(a, reference, rays), PixelsOfRays(b, reference, rays));
 }
 
+// The emitter's point, in its stack, that an eye sees through the middle of a lens.
+std::optional<Eigen::Vector2d> SeenThrough(const LayerCalibration& layer, const LayerSights& sights,
+                                           const Eigen::Vector3d& eye,
+                                           const Eigen::Vector2d& lens) {
+  const Eigen::Vector3d at = layer.display_from_stack * Eigen::Vector3d(lens.x(), lens.y(), 0);
+  const std::optional<SightHit> hit = sights.Seen(eye, at - eye);
+  if (!hit) return std::nullopt;
+  return (StackFromEmitter(layer).rotation * PanelPoint(layer.emitter, hit->emitter)).head<2>();
+}
+
+RayDifference CompareLenses(const LayerCalibration& a, const LayerCalibration& b,
+                            const EyeBox& box) {
+  const LayerSights sights_a(a), sights_b(b);
+  const LensLattice of_a = a.lattice.value_or(LensLattice{}),
+                    of_b = b.lattice.value_or(LensLattice{});
+  const Eigen::Vector2d normal(std::cos(of_a.rotation_rad), std::sin(of_a.rotation_rad));
+  Eigen::Matrix2Xd seen_a(2, 0), seen_b(2, 0);
+  for (const Eigen::Vector3d& eye : box.Eyes()) {
+    for (int i = 0; i < 35; ++i) {
+      const Eigen::Vector2d pixel(a.emitter.width_px * (i % 7 / 6.0),
+                                  a.emitter.height_px * (i / 7 / 4.0));
+      const Eigen::Vector3d above = StackFromEmitter(a) * PanelPoint(a.emitter, pixel);
+      const Eigen::Vector2d lens = NearestLens(of_a, above.head<2>());
+      const auto by_a = SeenThrough(a, sights_a, eye, lens);
+      const auto by_b = SeenThrough(b, sights_b, eye, NearestLens(of_b, lens));
+      if (!by_a || !by_b) continue;
+      Eigen::Vector2d apart = (*by_b - *by_a) / a.emitter.pitch_mm;
+      if (of_a.type == LensLattice::Type::kLine) apart = normal.dot(apart) * normal;
+      seen_a.conservativeResize(2, seen_a.cols() + 1);
+      seen_b.conservativeResize(2, seen_b.cols() + 1);
+      seen_a.rightCols<1>().setZero();
+      seen_b.rightCols<1>() = apart;
+    }
+  }
+  return CompareRays(seen_a, seen_b);
+}
+
 }  // namespace
 
 CalibrationComparison CompareCalibrations(const Calibration& a, const Calibration& b,
@@ -98,6 +135,9 @@ CalibrationComparison CompareCalibrations(const Calibration& a, const Calibratio
     comparison.rotation_deg =
         std::max({comparison.rotation_deg, layer.rotation_deg, layer.stack_rotation_deg});
     comparison.tilt_deg = std::max({comparison.tilt_deg, layer.tilt_deg, layer.stack_tilt_deg});
+    if (!here.layers[i].lattice) continue;
+    comparison.lenses.push_back(
+        {static_cast<int>(i), CompareLenses(here.layers[i], there.layers[i], box)});
   }
   const std::vector<ProbedRay> all = RaysToProbe(structure, box);
   comparison.rays = CompareMaps(here, there, structure.reference, all);

@@ -21,11 +21,19 @@ struct PanelRays {
   RayDifference rays;
 };
 
+struct LensRays {
+  int layer = 0;
+  RayDifference rays;
+};
+
 struct CalibrationComparison {
   PanelId reference;  // its pixels and the eyes before it define the rays
   std::vector<LayerDifference> layers;
-  std::vector<PanelRays> panels;                      // all but the reference
-  RayDifference rays;                                 // of all of them
+  std::vector<PanelRays> panels;  // all but the reference
+  RayDifference rays;             // of all of them
+  // Of layers with lenses: the emitter's pixels that the eyes see through the lens before 7 x 5 of
+  // its pixels, by each calibration's nearest lens, across a line's.
+  std::vector<LensRays> lenses;
   double gap_mm = 0, rotation_deg = 0, tilt_deg = 0;  // the largest, stacks' and emitters'
 };
 

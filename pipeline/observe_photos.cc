@@ -10,67 +10,19 @@
 
 #include "calibration/phase.h"
 #include "lightfield/error.h"
+#include "pipeline/phase_photos.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-using Kind = PatternShot::Kind;
-
-const CheckedPhoto* Find(const CheckedPhotos& checked, int view, Kind kind,
-                         const std::optional<PanelId>& panel, const Pattern& pattern) {
-  for (const CheckedPhoto& photo : checked.photos) {
-    if (!photo.good || !photo.shot || photo.view != view) continue;
-    const PatternShot& shot = checked.list.shots[*photo.shot];
-    if (shot.kind != kind || shot.again || !(shot.pattern == pattern)) continue;
-    if (!panel || shot.panel == *panel) return &photo;
-  }
-  return nullptr;
-}
-
-// The photographs of a panel's sinusoids, series by series, then white and black; nothing where one
-// is absent.
-std::optional<std::vector<const CheckedPhoto*>> PhasePhotosOf(const CheckedPhotos& checked,
-                                                              int view,
-                                                              const CalibratedPanel& panel,
-                                                              const std::vector<PhaseSeries>& all) {
-  std::vector<const CheckedPhoto*> photos;
-  for (const PhaseSeries& series : all) {
-    for (int step = 0; step < series.steps; ++step) {
-      photos.push_back(
-          Find(checked, view, Kind::kPhase, panel.id, {Pattern::Kind::kPhase, series, step}));
-    }
-  }
-  const PanelId layer{panel.id.layer, PanelId::kEmitter};
-  photos.push_back(Find(checked, view, Kind::kWhite, layer, {}));
-  photos.push_back(panel.id.role == PanelId::kModulator
-                       ? Find(checked, view, Kind::kLeak, layer, {})
-                       : Find(checked, view, Kind::kDark, std::nullopt, {}));
-  if (std::count(photos.begin(), photos.end(), nullptr) > 0) return std::nullopt;
-  return photos;
-}
-
 std::optional<PanelPhoto> ObservePhases(const CheckedPhotos& checked, const fs::path& folder,
                                         int view, const CalibratedPanel& panel) {
-  const auto all = PhaseSeriesOf(panel.size.width_px, panel.size.height_px);
-  const auto photos = PhasePhotosOf(checked, view, panel, all);
+  const auto photos = ReadPhasePhotos(checked, folder, view, panel, ReadLuminance);
   if (!photos) return std::nullopt;
-  std::vector<Image<float>> images;
-  for (const CheckedPhoto* photo : *photos) images.push_back(ReadLuminance(folder / photo->photo));
-  PhaseCapture capture;
-  auto image = images.begin();
-  for (const PhaseSeries& series : all) {
-    PhasePhotos group{series, {}};
-    for (int step = 0; step < series.steps; ++step) group.photos.push_back((image++)->span());
-    capture.series.push_back(std::move(group));
-  }
-  capture.white = (image++)->span();
-  capture.black = image->span();
-  capture.width_px = panel.size.width_px;
-  capture.height_px = panel.size.height_px;
-  return PanelPhoto{
-      panel.id, view, 0, photos->front()->photo,
-      ObserveNodes(DecodePhase(capture), NodesOf(panel.size.width_px, panel.size.height_px))};
+  return PanelPhoto{panel.id, view, 0, photos->names.front(),
+                    ObserveNodes(DecodePhase(photos->capture),
+                                 NodesOf(panel.size.width_px, panel.size.height_px))};
 }
 
 void CheckSizes(const CheckedPhotos& checked) {

@@ -1,66 +1,20 @@
 #include "pipeline/solve_photos.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "distribute/displays.h"
-#include "distribute/simulate_eye.h"
 #include "lightfield/error.h"
 #include "lightfield/hash.h"
-#include "pipeline/calibration_patterns.h"
+#include "pipeline/calibration_set_up.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/observe_photos.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
 namespace {
-
-Display DisplayOfPatterns(const SolvePhotosOptions& options, const ShotList& list) {
-  if (!options.display.empty()) return FindDisplay(options.display);
-  const fs::path beside = options.patterns / kPatternsDisplay;
-  std::error_code error;
-  return fs::exists(beside, error) ? ReadDisplay(beside) : FindDisplay(list.display);
-}
-
-// The panels that the patterns were made for are the design's.
-void CheckDesign(const Calibration& design, const ShotList& list, const std::string& where) {
-  for (const CalibratedPanel& panel : list.panels) {
-    const auto i = static_cast<std::size_t>(panel.id.layer);
-    const PanelCalibration* built = nullptr;
-    if (i < design.layers.size()) {
-      const LayerCalibration& layer = design.layers[i];
-      if (panel.id.role == PanelId::kEmitter) built = &layer.emitter;
-      if (panel.id.role == PanelId::kModulator && layer.modulator) built = &*layer.modulator;
-    }
-    if (built != nullptr && built->width_px == panel.size.width_px &&
-        built->height_px == panel.size.height_px && built->mirror_x == panel.mirrored) {
-      continue;
-    }
-    throw UsageError(
-        where,
-        fmt::format("display {} has no {} of {} x {} px{}, for which these patterns "
-                    "of {} were made",
-                    design.display, NameOf(panel.id), panel.size.width_px, panel.size.height_px,
-                    panel.mirrored ? " seen in a mirror" : "", list.display),
-        "give --display the file that the patterns were made of");
-  }
-}
-
-EyeBox EyesOf(const Display& display) {
-  constexpr double kEyesApartMm = 65;
-  EyeBox box;
-  const double clean = CleanEyeBox(display);
-  box.half_width_mm = box.half_height_mm =
-      std::max(kEyesApartMm / 2, std::isfinite(clean) ? clean : 0);
-  box.near_mm = 0.8 * display.viewing_distance_mm;
-  box.far_mm = 1.2 * display.viewing_distance_mm;
-  return box;
-}
 
 void CheckAnyUsable(const CheckedPhotos& checked, const fs::path& photos) {
   const CheckedPhoto* first = nullptr;  // that should have been usable
@@ -106,11 +60,9 @@ std::vector<SolvedPhotos::Photo> Hashed(const Observations& observations, const 
 }  // namespace
 
 SolvedPhotos SolvePhotos(const SolvePhotosOptions& options, Progress& progress) {
-  const ShotList list = LoadShotList(options.patterns);
+  const CalibrationSetUp set_up = LoadCalibrationSetUp(options.patterns, options.display);
   SolvedPhotos solved;
-  solved.display = DisplayOfPatterns(options, list);
-  const Calibration design = DesignCalibration(solved.display);
-  CheckDesign(design, list, options.display.empty() ? options.patterns.string() : options.display);
+  solved.display = set_up.display;
   const CheckedPhotos checked = CheckPhotos(
       options.patterns, options.photos, [](const CheckedPhoto&, const std::string&) {}, progress);
   CheckAnyUsable(checked, options.photos);
@@ -120,8 +72,8 @@ SolvedPhotos SolvePhotos(const SolvePhotosOptions& options, Progress& progress) 
   solved.photos = Hashed(observations, options.photos);
   progress.Start("solution", 1, "calibration");
   CalibrateOptions calibrate;
-  calibrate.eye_box = EyesOf(solved.display);
-  solved.report = Calibrate(observations, design, calibrate);
+  calibrate.eye_box = CleanEyesOf(solved.display);
+  solved.report = Calibrate(observations, set_up.design, calibrate);
   solved.left_out.insert(solved.left_out.end(), solved.report.rejected.begin(),
                          solved.report.rejected.end());
   progress.Advance();

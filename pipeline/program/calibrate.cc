@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
@@ -17,6 +18,7 @@
 #include "pipeline/program/command_line.h"
 #include "pipeline/report/calibration_page.h"
 #include "pipeline/solve_photos.h"
+#include "pipeline/solve_sheets.h"
 
 namespace lamella {
 namespace {
@@ -103,6 +105,8 @@ void AddCheck(CLI::App& calibrate, Invocation& invocation) {
 struct SolveArguments {
   SolvePhotosOptions options;
   std::filesystem::path out;
+  std::filesystem::path cameras;  // of lens sheets
+  std::optional<double> camera_sd_mm;
 };
 
 void AddSolveOptions(CLI::App& verb, SolveArguments& arguments) {
@@ -129,15 +133,48 @@ void CheckWritable(const std::filesystem::path& file) {
                      "give a file in a folder that exists and that you may write to");
 }
 
-ExitCode CodeOf(const SolvedPhotos& solved, const std::string& not_written) {
-  if (solved.report.accepted()) return ExitCode::kDone;
-  const Weakness& first = solved.report.failures.front();
+ExitCode CodeOf(const std::vector<Weakness>& failures, const std::string& not_written) {
+  if (failures.empty()) return ExitCode::kDone;
+  const Weakness& first = failures.front();
   fmt::print(stderr, "lamella: {}: {}; {}\n", not_written, first.lost, first.cure);
   return ExitCode::kGate;
 }
 
+// Likewise of lens sheets, whose report is of text only.
+ExitCode RunSolveSheets(const SolveArguments& arguments, Progress& progress) {
+  const std::filesystem::path& out = arguments.out;
+  if (arguments.cameras.empty()) {
+    throw UsageError("--cameras", "is missing: lens sheets need to know where the camera stood",
+                     "give a transforms.json in the display's frame, in mm");
+  }
+  std::filesystem::path text_file = out;
+  text_file.replace_extension(".report.txt");
+  for (const auto& file : {out, text_file}) CheckWritable(file);
+  SolveSheetsOptions options{arguments.options.patterns, arguments.options.photos,
+                             arguments.options.display, arguments.cameras};
+  options.camera_sd_mm = arguments.camera_sd_mm.value_or(options.camera_sd_mm);
+  const SolvedSheets solved = SolveSheets(options, progress);
+  const std::string text = DescribeSheets(solved);
+  fmt::print("{}", text);
+  WriteTextAtomically(text_file, text);
+  const std::vector<Weakness> failures = solved.failures();
+  if (failures.empty()) SaveCalibration(out, solved.calibration, MeasurementOf(solved));
+  return CodeOf(failures, out.string() + " was not written");
+}
+
+void RefuseCameras(const SolveArguments& arguments) {
+  if (arguments.cameras.empty() && !arguments.camera_sd_mm) return;
+  throw UsageError(arguments.cameras.empty() ? "--camera-sd-mm" : "--cameras",
+                   "is of lens sheets, which this display has none of",
+                   "leave it out: where the camera stood is found from the boards");
+}
+
 // The calibration is written where it is certain enough, its reports in any case.
 ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
+  if (HasLensSheets(arguments.options.patterns, arguments.options.display)) {
+    return RunSolveSheets(arguments, progress);
+  }
+  RefuseCameras(arguments);
   const std::filesystem::path& out = arguments.out;
   std::filesystem::path text_file = out, page_file = out;
   text_file.replace_extension(".report.txt");
@@ -151,7 +188,7 @@ ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
   if (solved.report.accepted()) {
     SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
   }
-  return CodeOf(solved, out.string() + " was not written");
+  return CodeOf(solved.report.failures, out.string() + " was not written");
 }
 
 void AddSolve(CLI::App& calibrate, Invocation& invocation) {
@@ -161,6 +198,12 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
   AddSolveOptions(verb, *arguments);
   verb.add_option("--out", arguments->out, "calibration.json to write; its reports lie beside it")
       ->required();
+  verb.add_option("--cameras", arguments->cameras,
+                  "of lens sheets: transforms.json in the display's frame (mm), a frame for every "
+                  "position, named as one of its photographs");
+  verb.add_option("--camera-sd-mm", arguments->camera_sd_mm,
+                  "how well each coordinate of a camera's position is known [0.3]")
+      ->check(CLI::NonNegativeNumber);
   AddGlobalOptions(verb, invocation);
   verb.footer(
       "Beside FILE.json lie FILE.report.txt and FILE.report.html: what is known how well, what was "
@@ -168,7 +211,9 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
       "0.03 px RMS\nand 0.1 px at worst, or something is lost: then only the reports are "
       "written.\n\n"
       "Example\n"
-      "  lamella calibrate solve patterns taken/images --out calibration.json");
+      "  lamella calibrate solve patterns taken/images --out calibration.json\n"
+      "  lamella calibrate solve patterns taken/images --cameras taken/transforms.json \\\n"
+      "      --out calibration.json    a display with a lens sheet");
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) { return RunSolve(*arguments, progress); };
   });
@@ -189,10 +234,15 @@ void AddReport(CLI::App& calibrate, Invocation& invocation) {
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) {
       CheckWritable(arguments->out);
+      if (HasLensSheets(arguments->options.patterns, arguments->options.display)) {
+        throw UsageError(
+            arguments->options.patterns.string(), "is of a display with lenses",
+            "use `lamella calibrate solve`, which writes a text of what they are worth");
+      }
       const SolvedPhotos solved = SolvePhotos(arguments->options, progress);
       WriteTextAtomically(arguments->out, CalibrationPage(solved));
       fmt::print("{}\n", arguments->out.string());
-      return CodeOf(solved, arguments->options.photos.string());
+      return CodeOf(solved.report.failures, arguments->options.photos.string());
     };
   });
 }

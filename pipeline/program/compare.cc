@@ -99,6 +99,10 @@ ExitCode CompareCalibrationOf(const Pair& pair, Progress&) {
     fmt::print("rays to {}: {:.4f} px RMS, {:.4f} px at most\n", NameOf(panel.panel),
                panel.rays.rms_px, panel.rays.max_px);
   }
+  for (const LensRays& lenses : result.lenses) {
+    fmt::print("layer {} through its lenses: drift_rms_px {:.5f}  drift_max_px {:.5f}\n",
+               lenses.layer, lenses.rays.rms_px, lenses.rays.max_px);
+  }
   fmt::print(
       "reference {}  gap_error_mm {:.5f}  tilt_error_deg {:.5f}  rotation_error_deg {:.5f}  "
       "ray_rms_px {:.5f}  ray_max_px {:.5f}\n",

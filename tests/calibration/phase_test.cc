@@ -178,6 +178,30 @@ TEST(ObserveNodes, AreWithinThousandthsOfAPixel) {
   EXPECT_GT(normalised / n, 0.3);
 }
 
+// An amplitude of two standard deviations: one pixel is 0.64 px wrong, and a whole period often.
+TEST(DecodePeriod, IsTheFinePhaseOfFaintSinusoids) {
+  const Photographs photos = Ideal(120, 2 * kSigma / 0.45, {300, 500}, 3);
+  const ScreenMap whole = DecodePhase(photos.capture), fine = DecodePeriod(photos.capture, 16);
+  double sum = 0, ratio = 0;
+  int count = 0, whole_count = 0;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 120; ++x) {
+      whole_count += whole.valid(x, y);
+      if (fine.valid(x, y) == 0) continue;
+      double off = static_cast<double>(fine.v_px(x, y)) - 500 - (y + 0.5) / 2.2;
+      off -= 16 * std::round(off / 16);
+      sum += off * off;
+      ratio += std::pow(off / static_cast<double>(fine.sigma_v(x, y)), 2);
+      ++count;
+    }
+  }
+  EXPECT_LT(whole_count, 100);
+  EXPECT_GT(count, 120 * 120 * 6 / 10);
+  EXPECT_NEAR(std::sqrt(sum / count), 0.62, 0.04);
+  EXPECT_NEAR(std::sqrt(ratio / count), 1, 0.1);
+  EXPECT_THROW(DecodePeriod(photos.capture, 17), Error);
+}
+
 TEST(DecodePhase, LeavesOutWhatIsDarkOrOverexposed) {
   Photographs photos = Ideal(80, 0.8, {500, 500}, 2);
   for (Image<float>& image : photos.images) {
@@ -220,6 +244,9 @@ TEST(PhaseSeries, AreFineToCoarseAndCoverThePanel) {
   EXPECT_EQ(series[5], (PhaseSeries{PanelAxis::kV, 2048, 4}));
   EXPECT_EQ(PhaseSeriesOf(3840, 2160)[3], (PhaseSeries{PanelAxis::kU, 4096, 4}));
   EXPECT_EQ(PhaseSeriesOf(100000, 10)[4].period_px, 131072);
+  EXPECT_EQ(PhaseSeriesOf(128, 129)[1], (PhaseSeries{PanelAxis::kU, 128, 4}));
+  EXPECT_EQ(PhaseSeriesOf(128, 129)[2], (PhaseSeries{PanelAxis::kV, 16, 8}));
+  EXPECT_EQ(PhaseSeriesOf(128, 129).back(), (PhaseSeries{PanelAxis::kV, 2048, 4}));
 }
 
 TEST(DrawPhase, IsASinusoidOfLight) {

@@ -122,7 +122,8 @@ TEST(PlanShots, LeavesOutBoardsThatHaveNoRoom) {
   EXPECT_THROW(PlanShots(calibration, CalibrationMode::kQuick), Error);
   const ShotList list = PlanShots(calibration, CalibrationMode::kPrecise);
   EXPECT_FALSE(list.panels[0].board);
-  EXPECT_EQ(list.shots.size(), 3U + 2 * 32 + 1);
+  // A period of 128 px is the coarsest that 60 px need.
+  EXPECT_EQ(list.shots.size(), 3U + 2 * (12 + 16) + 1);
 }
 
 TEST(DescribeShots, SaysWhatEveryShotIs) {
@@ -130,6 +131,17 @@ TEST(DescribeShots, SaysWhatEveryShotIs) {
   EXPECT_THAT(text, HasSubstr("138 photographs"));
   EXPECT_THAT(text, HasSubstr("layer 1 emitter: board; its modulator white"));
   EXPECT_THAT(text, HasSubstr("sinusoid along v of 2048 px, step 4 of 4; its emitter white"));
+}
+
+TEST(DescribeShots, SaysHowManyPositionsLensesNeed) {
+  Calibration calibration = TwoLayers();
+  calibration.layers.pop_back();
+  calibration.layers[0].modulator.reset();
+  calibration.layers[0].lattice = LensLattice{LensLattice::Type::kLine, 2, 0.1, {0, 0}, 0};
+  const std::string text = DescribeShots(PlanShots(calibration, CalibrationMode::kPrecise));
+  EXPECT_THAT(text, HasSubstr("Positions: 2 and more"));
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("two rings")));
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("modulator")));
 }
 
 }  // namespace

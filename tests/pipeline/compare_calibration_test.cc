@@ -120,5 +120,29 @@ TEST(CompareCalibrations, RefusesTwoDisplays) {
   EXPECT_THROW(CompareCalibrations(other, Standard()), Error);
 }
 
+// A sheet that is moved by a fifth of a px along its panel, and one whose pitch is 1e-5 wider.
+TEST(CompareCalibrations, KnowsWhatEyesSeeThroughLenses) {
+  Calibration sheet = Standard();
+  sheet.layers.erase(sheet.layers.begin());
+  LayerCalibration& layer = sheet.layers[0];
+  layer.modulator.reset();
+  layer.index = 1;
+  for (const auto type : {LensLattice::Type::kLine, LensLattice::Type::kHexagonal}) {
+    layer.lattice = LensLattice{type, 10 * 0.31125, 0, {0.25, 0.5}, 0};
+    Calibration moved = sheet;
+    moved.layers[0].offset_mm.x() += 0.2 * 0.31125;
+    const CalibrationComparison offset = CompareCalibrations(sheet, moved);
+    ASSERT_EQ(offset.lenses.size(), 1U);
+    EXPECT_NEAR(offset.lenses[0].rays.rms_px, 0.2, 1e-9);
+    EXPECT_NEAR(offset.lenses[0].rays.max_px, 0.2, 1e-9);
+    moved = sheet;
+    moved.layers[0].lattice->pitch_mm *= 1 + 1e-5;
+    // Of the lens nearest to an edge, and seen from the near eyes.
+    const double edge = type == LensLattice::Type::kLine ? 960 : std::hypot(960, 540);
+    EXPECT_NEAR(CompareCalibrations(sheet, moved).lenses[0].rays.max_px,
+                1e-5 * edge * (1 + 5 / 650.0), 1e-4);
+  }
+}
+
 }  // namespace
 }  // namespace lamella

@@ -1,0 +1,20 @@
+// Where on its sheet a lattice does not fit: what one pitch, rotation, phase and gap leave over.
+#pragma once
+
+#include <vector>
+
+#include "calibration/lattice_model.h"
+
+namespace lamella {
+
+// Mean residuals of 8 x 5 parts of the sheet, across the lenses of the family that is off the most.
+struct LatticeMisfit {
+  double largest_mm = 0;           // of a part's mean, without sign
+  Eigen::Vector2d place_mm{0, 0};  // where
+  double deviation_mm = 0;         // standard deviation that chance gives a part's mean
+};
+// Of samples within `most` of their own deviations. Chance is judged by how the means of a part's
+// quarters differ, so that it counts errors that neighbours share.
+LatticeMisfit MisfitOf(const std::vector<SheetRay>& rays, const LatticeModel& model, double most);
+
+}  // namespace lamella
