@@ -3,13 +3,10 @@
 #include <tuple>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <ceres/autodiff_cost_function.h>
-#include <ceres/crs_matrix.h>
-#include <ceres/manifold.h>
 
 #include "calibration/model.h"
+#include "calibration/point_residual-inl.h"
 #include "calibration/problem-inl.h"
 
 namespace lamella {
@@ -18,45 +15,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Of a point that its camera can't see: far beyond any outlier, without a slope.
-constexpr double kUnseenResidual = 1e6;
-
-template <class T>
-bool Usable(const model::Vec2<T>& pixel) {
-  const Vector2d value(model::ValueOf(pixel.x()), model::ValueOf(pixel.y()));
-  return value.allFinite() && value.cwiseAbs().maxCoeff() < 1e8;
-}
-
-template <class T, int N>
-Eigen::Matrix<T, N, 1> Numbers(const T* from) {
-  return Eigen::Map<const Eigen::Matrix<T, N, 1>>(from);
-}
-
-template <class T>
-model::Mat3<T> RotationOf(const T* xyzw) {
-  return Eigen::Map<const Eigen::Quaternion<T>>(xyzw).toRotationMatrix();
-}
-
-// Ceres applies a loss to a block's residuals together; this applies it to the two of a point, as
-// Ceres would to a block: scaled by the root of the loss's slope, which gives its gradient and the
-// Hessian of reweighted least squares. Returns what the scaled square lacks of the loss.
-template <class T>
-double ApplyLoss(const ceres::LossFunction& loss, T* r) {
-  const double x = model::ValueOf(r[0]), y = model::ValueOf(r[1]);
-  const double squared = x * x + y * y;
-  double rho[3];
-  loss.Evaluate(squared, rho);
-  const double scale = std::sqrt(rho[1]);
-  r[0] *= T(scale);
-  r[1] *= T(scale);
-  return rho[0] - rho[1] * squared;
-}
-
 // What all points of one photograph share, and the points.
 struct PhotoPoints {
   struct Point {
-    Vector2d panel_px, image_px;
-    Eigen::Matrix2d whitening;  // L^T with L L^T the covariance's inverse
+    Vector2d panel_px;
+    WhitenedPixel seen;
   };
   const PanelCalibration* panel = nullptr;
   double plate_index = 1;
@@ -104,24 +67,12 @@ struct PhotoResidual : PhotoPoints {
     T* residuals = std::get<sizeof...(Rest) - 1>(others);
     double lacking = 0;
     for (const Point& point : points) {
-      SetResidual(point, model::Photographed<T>(m, point.panel_px), residuals);
+      SetResidual<T>(point.seen, model::Photographed<T>(m, point.panel_px), residuals);
       if (loss != nullptr) lacking += ApplyLoss(*loss, residuals);
       residuals += 2;
     }
     if (loss != nullptr) *residuals = T(std::sqrt(std::max(0.0, lacking)));
     return true;
-  }
-
-  template <class T>
-  static void SetResidual(const Point& point, const model::Vec2<T>& predicted, T* residual) {
-    if (Usable(predicted)) {
-      const T x = predicted.x() - point.image_px.x(), y = predicted.y() - point.image_px.y();
-      residual[0] = point.whitening(0, 0) * x + point.whitening(0, 1) * y;
-      residual[1] = point.whitening(1, 1) * y;
-    } else {
-      residual[0] = T(kUnseenResidual);
-      residual[1] = T(0.0);
-    }
   }
 };
 
@@ -144,13 +95,6 @@ struct SlipPrior {
     return true;
   }
 };
-
-// `num` columns from the first; all -1, constant, where that is.
-std::vector<int> Range(int first, int num) {
-  std::vector<int> columns;
-  for (int i = 0; i < num; ++i) columns.push_back(first < 0 ? -1 : first + i);
-  return columns;
-}
 
 std::vector<Observation> PointsThatCount(const PanelPhoto& photo, std::size_t number,
                                          const Weighting& weighting) {
@@ -179,8 +123,7 @@ std::unique_ptr<ceres::CostFunction> MakePhotoCost(const Structure& structure, c
     photo.plate_normal = display_from_world.rotation.inverse() * plate->normal;
   }
   for (const Observation& point : points) {
-    const Eigen::Matrix2d information = point.covariance_px2.inverse();
-    photo.points.push_back({point.panel_px, point.image_px, information.llt().matrixU()});
+    photo.points.push_back({point.panel_px, {point.image_px, point.covariance_px2}});
   }
   if (panel.role == PanelId::kEmitter) {
     return plate ? PhotoCost<true, true, 6, 1, 1>(std::move(photo))
@@ -221,6 +164,7 @@ JointProblem::JointProblem(const CalibrationState& start, const Structure& struc
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_ = std::make_unique<ceres::Problem>(options);
+  free_.emplace(*problem_);
   if (weighting.cauchy > 0) loss_.emplace(weighting.cauchy);
   AddParameters();
   for (std::size_t i = 0; i < observations.photos.size(); ++i) {
@@ -228,62 +172,36 @@ JointProblem::JointProblem(const CalibrationState& start, const Structure& struc
   }
 }
 
-void JointProblem::AddNumbers(double* values, const std::vector<int>& columns) {
-  const int size = static_cast<int>(columns.size());
-  std::vector<int> constant, free;
-  for (int i = 0; i < size; ++i) {
-    const int column = columns[static_cast<std::size_t>(i)];
-    if (column < 0) {
-      constant.push_back(i);
-    } else {
-      free.push_back(column);
-    }
-  }
-  problem_->AddParameterBlock(values, size);
-  if (free.empty()) return problem_->SetParameterBlockConstant(values);
-  if (!constant.empty()) {
-    problem_->SetManifold(values,
-                          std::make_unique<ceres::SubsetManifold>(size, constant).release());
-  }
-  free_.push_back({values, free, 1});
-}
-
-void JointProblem::AddRotation(double* xyzw, int first_column) {
-  problem_->AddParameterBlock(xyzw, 4,
-                              std::make_unique<ceres::EigenQuaternionManifold>().release());
-  if (first_column < 0) return problem_->SetParameterBlockConstant(xyzw);
-  // A step in a quaternion's tangent space is half of the angle.
-  free_.push_back({xyzw, Range(first_column, 3), 2});
-}
-
 void JointProblem::AddLayer(std::size_t i) {
   LayerState& layer = state_.layers[i];
   const int stack = columns_.stack[i];
-  AddRotation(layer.world_from_stack.rotation.coeffs().data(), stack);
-  AddNumbers(layer.world_from_stack.translation.data(), Range(stack < 0 ? -1 : stack + 3, 3));
-  AddNumbers(layer.relation.data(), Range(columns_.relation[i], 6));
+  free_->AddRotation(layer.world_from_stack.rotation.coeffs().data(), stack);
+  free_->AddNumbers(layer.world_from_stack.translation.data(),
+                    ColumnRange(stack < 0 ? -1 : stack + 3, 3));
+  free_->AddNumbers(layer.relation.data(), ColumnRange(columns_.relation[i], 6));
   const auto& emitter = columns_.emitter_shape[i];
   const auto& modulator = columns_.modulator_shape[i];
-  AddNumbers(layer.emitter_shape.data(), {emitter.begin(), emitter.end()});
-  AddNumbers(layer.modulator_shape.data(), {modulator.begin(), modulator.end()});
-  AddNumbers(&layer.index, {columns_.index[i]});
-  AddNumbers(&layer.plate_mm, {columns_.plate[i]});
+  free_->AddNumbers(layer.emitter_shape.data(), {emitter.begin(), emitter.end()});
+  free_->AddNumbers(layer.modulator_shape.data(), {modulator.begin(), modulator.end()});
+  free_->AddNumbers(&layer.index, {columns_.index[i]});
+  free_->AddNumbers(&layer.plate_mm, {columns_.plate[i]});
 }
 
 void JointProblem::AddParameters() {
   for (std::size_t i = 0; i < state_.cameras.size(); ++i) {
-    std::vector<int> columns = Range(columns_.camera[i], 9);
+    std::vector<int> columns = ColumnRange(columns_.camera[i], 9);
     if (!columns_.k3) columns.back() = -1;
-    AddNumbers(state_.cameras[i].data(), columns);
+    free_->AddNumbers(state_.cameras[i].data(), columns);
   }
   for (std::size_t i = 0; i < state_.layers.size(); ++i) AddLayer(i);
   for (std::size_t i = 0; i < state_.camera_from_world.size(); ++i) {
     Rigid& view = state_.camera_from_world[i];
-    AddRotation(view.rotation.coeffs().data(), columns_.view[i]);
-    AddNumbers(view.translation.data(), Range(columns_.view[i] + 3, 3));
+    free_->AddRotation(view.rotation.coeffs().data(), columns_.view[i]);
+    free_->AddNumbers(view.translation.data(), ColumnRange(columns_.view[i] + 3, 3));
   }
   for (std::size_t i = 0; i < state_.slips_px.size(); ++i) {
-    AddNumbers(state_.slips_px[i].data(), Range(columns_.slip.empty() ? -1 : columns_.slip[i], 2));
+    free_->AddNumbers(state_.slips_px[i].data(),
+                      ColumnRange(columns_.slip.empty() ? -1 : columns_.slip[i], 2));
   }
 }
 
@@ -300,47 +218,8 @@ void JointProblem::AddPhoto(const Structure& structure, const PanelPhoto& photo,
                              state_.slips_px[number].data());
 }
 
-void JointProblem::HoldDisplay() {
-  for (const FreeBlock& block : free_) {
-    if (block.columns.front() < columns_.num_display) {
-      problem_->SetParameterBlockConstant(block.values);
-    }
-  }
-}
+void JointProblem::HoldDisplay() { free_->HoldBefore(columns_.num_display); }
 
-NormalEquations JointProblem::Equations() {
-  ceres::Problem::EvaluateOptions options;
-  options.apply_loss_function = false;
-  std::vector<int> columns;
-  std::vector<double> scales;
-  for (const FreeBlock& block : free_) {
-    options.parameter_blocks.push_back(block.values);
-    columns.insert(columns.end(), block.columns.begin(), block.columns.end());
-    scales.insert(scales.end(), block.columns.size(), 1 / block.column_per_tangent);
-  }
-  double half_cost = 0;
-  std::vector<double> residuals;
-  ceres::CRSMatrix jacobian;
-  problem_->Evaluate(options, &half_cost, &residuals, nullptr, &jacobian);
-  NormalEquations equations;
-  equations.cost = 2 * half_cost;
-  equations.hessian.setZero(columns_.size, columns_.size);
-  equations.gradient.setZero(columns_.size);
-  const auto at = [](int i) { return static_cast<std::size_t>(i); };
-  for (int row = 0; row < jacobian.num_rows; ++row) {
-    const int begin = jacobian.rows[at(row)], end = jacobian.rows[at(row + 1)];
-    for (int i = begin; i < end; ++i) jacobian.values[at(i)] *= scales[at(jacobian.cols[at(i)])];
-    for (int i = begin; i < end; ++i) {
-      const double slope = jacobian.values[at(i)];
-      const int column = columns[at(jacobian.cols[at(i)])];
-      equations.gradient(column) += slope * residuals[at(row)];
-      for (int j = begin; j < end; ++j) {
-        equations.hessian(columns[at(jacobian.cols[at(j)])], column) +=
-            slope * jacobian.values[at(j)];
-      }
-    }
-  }
-  return equations;
-}
+NormalEquations JointProblem::Equations() { return free_->Equations(columns_.size); }
 
 }  // namespace lamella
