@@ -50,7 +50,23 @@ std::optional<std::vector<const CheckedPhoto*>> PhasePhotosOf(const CheckedPhoto
   return photos;
 }
 
-std::optional<PanelPhoto> ObservePhases(const CheckedPhotos& checked, const fs::path& folder,
+void LeaveOut(const std::vector<MovedPosition>& moved, const std::string& where,
+              Observations& observations) {
+  if (moved.empty()) return;
+  std::erase_if(observations.photos, [&](const PanelPhoto& photo) {
+    return std::any_of(moved.begin(), moved.end(),
+                       [&](const MovedPosition& position) { return position.view == photo.view; });
+  });
+  if (!observations.photos.empty()) return;
+  throw InputError(where,
+                   fmt::format("the camera moved at every position, by {:.2f} px at the first",
+                               moved.front().moved_px),
+                   "put it on a tripod, release it remotely, and take the photographs again");
+}
+
+}  // namespace
+
+std::optional<DecodedPanel> DecodePanel(const CheckedPhotos& checked, const fs::path& folder,
                                         int view, const CalibratedPanel& panel) {
   const auto all = PhaseSeriesOf(panel.size.width_px, panel.size.height_px);
   const auto photos = PhasePhotosOf(checked, view, panel, all);
@@ -68,12 +84,10 @@ std::optional<PanelPhoto> ObservePhases(const CheckedPhotos& checked, const fs::
   capture.black = image->span();
   capture.width_px = panel.size.width_px;
   capture.height_px = panel.size.height_px;
-  return PanelPhoto{
-      panel.id, view, 0, photos->front()->photo,
-      ObserveNodes(DecodePhase(capture), NodesOf(panel.size.width_px, panel.size.height_px))};
+  return DecodedPanel{DecodePhase(capture), photos->front()->photo};
 }
 
-void CheckSizes(const CheckedPhotos& checked) {
+void CheckOneSize(const CheckedPhotos& checked) {
   const CheckedPhoto* first = nullptr;
   for (const CheckedPhoto& photo : checked.photos) {
     if (!photo.good) continue;
@@ -89,22 +103,6 @@ void CheckSizes(const CheckedPhotos& checked) {
   }
 }
 
-void LeaveOut(const std::vector<MovedPosition>& moved, const std::string& where,
-              Observations& observations) {
-  if (moved.empty()) return;
-  std::erase_if(observations.photos, [&](const PanelPhoto& photo) {
-    return std::any_of(moved.begin(), moved.end(),
-                       [&](const MovedPosition& position) { return position.view == photo.view; });
-  });
-  if (!observations.photos.empty()) return;
-  throw InputError(where,
-                   fmt::format("the camera moved at every position, by {:.2f} px at the first",
-                               moved.front().moved_px),
-                   "put it on a tripod, release it remotely, and take the photographs again");
-}
-
-}  // namespace
-
 std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked) {
   std::vector<MovedPosition> moved;
   for (const CheckedPhoto& photo : checked.photos) {
@@ -116,7 +114,7 @@ std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked) {
 
 Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
                            Progress& progress) {
-  CheckSizes(checked);
+  CheckOneSize(checked);
   const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
   Observations observations = ObservationsOf(checked.list, checked.photos);
   const auto num_panels = static_cast<std::int64_t>(checked.list.panels.size());
@@ -124,13 +122,15 @@ Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
   if (num_views > 0) progress.Start("sinusoids", num_views * num_panels, "panels");
   for (int view = 0; view < num_views; ++view) {
     for (const CalibratedPanel& panel : checked.list.panels) {
-      auto seen = ObservePhases(checked, folder, view, panel);
+      const auto seen = DecodePanel(checked, folder, view, panel);
       progress.Advance();
       if (!seen) continue;
       std::erase_if(observations.photos, [&](const PanelPhoto& board) {
         return board.view == view && board.panel == panel.id;
       });
-      observations.photos.push_back(std::move(*seen));
+      observations.photos.push_back(
+          {panel.id, view, 0, seen->photo,
+           ObserveNodes(seen->map, NodesOf(panel.size.width_px, panel.size.height_px))});
       if (!observations.cameras.empty()) continue;
       const PhotoFacts& facts = checked.photos.front().facts;
       observations.cameras.push_back({"body", facts.width, facts.height, 0});

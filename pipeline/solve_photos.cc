@@ -20,11 +20,46 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-Display DisplayOfPatterns(const SolvePhotosOptions& options, const ShotList& list) {
+void CheckAnyUsable(const CheckedPhotos& checked, const fs::path& photos) {
+  const CheckedPhoto* first = nullptr;  // that should have been usable
+  for (const CheckedPhoto& photo : checked.photos) {
+    if (!photo.shot) continue;
+    const PatternShot::Kind kind = checked.list.shots[*photo.shot].kind;
+    if (photo.usable || (photo.good && kind == PatternShot::Kind::kPhase)) return;
+    if (first == nullptr && kind == PatternShot::Kind::kBoard) first = &photo;
+  }
+  throw InputError(
+      photos.string(),
+      fmt::format(
+          "none of its {} photographs shows a panel of display {} well enough{}",
+          checked.photos.size(), checked.list.display,
+          first == nullptr ? std::string() : fmt::format("; {}: {}", first->photo, first->verdict)),
+      "give the photographs of these very patterns; `lamella calibrate check` judges each");
+}
+
+// Which photographs were not used or are not as good as they could be.
+void ListDoubts(const CheckedPhotos& checked, SolvedPhotos& solved) {
+  for (const CheckedPhoto& photo : checked.photos) {
+    if (photo.good || (photo.shot && checked.list.shots[*photo.shot].again)) continue;
+    (photo.usable ? solved.doubtful : solved.left_out)
+        .push_back(photo.photo + ": " + photo.verdict);
+  }
+  for (const MovedPosition& moved : MovedPositions(checked)) {
+    solved.left_out.push_back(
+        fmt::format("position {}: the camera moved by {:.2f} px while it was there: take the "
+                    "position anew",
+                    moved.view + 1, moved.moved_px));
+  }
+}
+
+}  // namespace
+
+Display DisplayToSolve(const SolvePhotosOptions& options) {
   if (!options.display.empty()) return FindDisplay(options.display);
   const fs::path beside = options.patterns / kPatternsDisplay;
   std::error_code error;
-  return fs::exists(beside, error) ? ReadDisplay(beside) : FindDisplay(list.display);
+  return fs::exists(beside, error) ? ReadDisplay(beside)
+                                   : FindDisplay(LoadShotList(options.patterns).display);
 }
 
 // The panels that the patterns were made for are the design's.
@@ -62,53 +97,22 @@ EyeBox EyesOf(const Display& display) {
   return box;
 }
 
-void CheckAnyUsable(const CheckedPhotos& checked, const fs::path& photos) {
-  const CheckedPhoto* first = nullptr;  // that should have been usable
-  for (const CheckedPhoto& photo : checked.photos) {
-    if (!photo.shot) continue;
-    const PatternShot::Kind kind = checked.list.shots[*photo.shot].kind;
-    if (photo.usable || (photo.good && kind == PatternShot::Kind::kPhase)) return;
-    if (first == nullptr && kind == PatternShot::Kind::kBoard) first = &photo;
-  }
-  throw InputError(
-      photos.string(),
-      fmt::format(
-          "none of its {} photographs shows a panel of display {} well enough{}",
-          checked.photos.size(), checked.list.display,
-          first == nullptr ? std::string() : fmt::format("; {}: {}", first->photo, first->verdict)),
-      "give the photographs of these very patterns; `lamella calibrate check` judges each");
-}
-
-// Which photographs were not used or are not as good as they could be.
-void ListDoubts(const CheckedPhotos& checked, SolvedPhotos& solved) {
-  for (const CheckedPhoto& photo : checked.photos) {
-    if (photo.good || (photo.shot && checked.list.shots[*photo.shot].again)) continue;
-    (photo.usable ? solved.doubtful : solved.left_out)
-        .push_back(photo.photo + ": " + photo.verdict);
-  }
-  for (const MovedPosition& moved : MovedPositions(checked)) {
-    solved.left_out.push_back(
-        fmt::format("position {}: the camera moved by {:.2f} px while it was there: take the "
-                    "position anew",
-                    moved.view + 1, moved.moved_px));
-  }
-}
-
-std::vector<SolvedPhotos::Photo> Hashed(const Observations& observations, const fs::path& photos) {
+std::vector<SolvedPhotos::Photo> HashPhotos(const std::set<std::string>& names,
+                                            const fs::path& photos) {
   const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
-  std::set<std::string> names;
-  for (const PanelPhoto& photo : observations.photos) names.insert(photo.photo);
   std::vector<SolvedPhotos::Photo> hashed;
   for (const std::string& name : names) hashed.push_back({name, Sha256OfFile(folder / name)});
   return hashed;
 }
 
-}  // namespace
-
 SolvedPhotos SolvePhotos(const SolvePhotosOptions& options, Progress& progress) {
   const ShotList list = LoadShotList(options.patterns);
   SolvedPhotos solved;
-  solved.display = DisplayOfPatterns(options, list);
+  solved.display = DisplayToSolve(options);
+  if (!options.cameras.empty()) {
+    throw UsageError("--cameras", "is for varifocal displays: this one's panels tell poses",
+                     "leave it out");
+  }
   const Calibration design = DesignCalibration(solved.display);
   CheckDesign(design, list, options.display.empty() ? options.patterns.string() : options.display);
   const CheckedPhotos checked = CheckPhotos(
@@ -117,7 +121,9 @@ SolvedPhotos SolvePhotos(const SolvePhotosOptions& options, Progress& progress) 
   Observations observations = ObservePhotos(checked, options.photos, progress);
   for (PhotoCamera& camera : observations.cameras) camera.focal_px = options.focal_px;
   ListDoubts(checked, solved);
-  solved.photos = Hashed(observations, options.photos);
+  std::set<std::string> names;
+  for (const PanelPhoto& photo : observations.photos) names.insert(photo.photo);
+  solved.photos = HashPhotos(names, options.photos);
   progress.Start("solution", 1, "calibration");
   CalibrateOptions calibrate;
   calibrate.eye_box = EyesOf(solved.display);

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "calibration/calibrate.h"
+#include "calibration/shot_list.h"
 #include "lightfield/display.h"
 #include "lightfield/progress.h"
 
@@ -16,6 +18,9 @@ struct SolvePhotosOptions {
   std::filesystem::path photos;    // of one camera; names sort as they were taken
   std::string display;             // name or file; "": the one in the patterns' folder
   double focal_px = 0;             // of the camera, roughly; 0: found
+  // transforms.json of the photographs, in the display's frame (mm): of a varifocal display only,
+  // whose planes have no size that is known.
+  std::filesystem::path cameras;
 };
 
 struct SolvedPhotos {
@@ -28,6 +33,15 @@ struct SolvedPhotos {
   };
   std::vector<Photo> photos;  // that were used
 };
+
+// The display as designed.
+Display DisplayToSolve(const SolvePhotosOptions& options);
+// Eyes that see it cleanly, at least 65 mm apart, from 0.8 to 1.2 viewing distances.
+EyeBox EyesOf(const Display& display);
+// UsageError where the patterns' panels are not those of the design.
+void CheckDesign(const Calibration& design, const ShotList& list, const std::string& where);
+std::vector<SolvedPhotos::Photo> HashPhotos(const std::set<std::string>& names,
+                                            const std::filesystem::path& photos);
 
 // Rays are asked for in the box in which eyes see the display cleanly, at least 65 mm wide and
 // high, from 0.8 to 1.2 viewing distances. InputError where no photograph shows a pattern of this

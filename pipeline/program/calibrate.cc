@@ -10,6 +10,7 @@
 
 #include "distribute/displays.h"
 #include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/calibration_record.h"
 #include "pipeline/calibration_report.h"
@@ -17,6 +18,7 @@
 #include "pipeline/program/command_line.h"
 #include "pipeline/report/calibration_page.h"
 #include "pipeline/solve_photos.h"
+#include "pipeline/solve_varifocal.h"
 
 namespace lamella {
 namespace {
@@ -47,9 +49,10 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) {
       const Display display = FindDisplay(arguments->display);
-      const ShotList list = PlanShots(DesignCalibration(display), arguments->mode == "quick"
-                                                                      ? CalibrationMode::kQuick
-                                                                      : CalibrationMode::kPrecise);
+      const ShotList list = PlanShots(
+          DesignCalibration(display),
+          arguments->mode == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise,
+          display.varifocal.has_value());
       WritePatterns(arguments->out, list, progress);
       WriteTextAtomically(std::filesystem::path(arguments->out) / kPatternsDisplay,
                           ToToml(display));
@@ -115,6 +118,9 @@ void AddSolveOptions(CLI::App& verb, SolveArguments& arguments) {
                   "preset or file of the display as designed [the patterns' own]");
   verb.add_option("--focal-px", arguments.options.focal_px, "the camera's, roughly [found]")
       ->check(CLI::PositiveNumber);
+  verb.add_option("--cameras", arguments.options.cameras,
+                  "transforms.json of the photographs in the display's frame, mm: of varifocal "
+                  "displays, which need it");
 }
 
 // What is wrong with the place of a result is said before the minutes that it takes.
@@ -136,8 +142,28 @@ ExitCode CodeOf(const SolvedPhotos& solved, const std::string& not_written) {
   return ExitCode::kGate;
 }
 
+// Of a varifocal display: the calibration where it is certain enough, its report in any case.
+ExitCode RunSolveVarifocal(const SolveArguments& arguments, Progress& progress) {
+  const std::filesystem::path& out = arguments.out;
+  std::filesystem::path text_file = out;
+  text_file.replace_extension(".report.txt");
+  for (const auto& file : {out, text_file}) CheckWritable(file);
+  const SolvedVarifocal solved = SolveVarifocalPhotos(arguments.options, progress);
+  const std::string text = DescribeVarifocal(solved);
+  fmt::print("{}", text);
+  WriteTextAtomically(text_file, text);
+  if (solved.report.accepted()) {
+    SaveCalibration(out, solved.report.calibration);
+    return ExitCode::kDone;
+  }
+  const Weakness& first = solved.report.failures.front();
+  fmt::print(stderr, "lamella: {} was not written: {}; {}\n", out.string(), first.lost, first.cure);
+  return ExitCode::kGate;
+}
+
 // The calibration is written where it is certain enough, its reports in any case.
 ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
+  if (DisplayToSolve(arguments.options).varifocal) return RunSolveVarifocal(arguments, progress);
   const std::filesystem::path& out = arguments.out;
   std::filesystem::path text_file = out, page_file = out;
   text_file.replace_extension(".report.txt");
@@ -166,7 +192,11 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
       "Beside FILE.json lie FILE.report.txt and FILE.report.html: what is known how well, what was "
       "left\nout, and which photographs would help. The exit code is 4 where rays are not known to "
       "0.03 px RMS\nand 0.1 px at worst, or something is lost: then only the reports are "
-      "written.\n\n"
+      "written.\n"
+      "A varifocal display's planes must be known to 0.03 mm in depth and 1e-4 in magnification, "
+      "as\n"
+      "two standard deviations; where the cameras stood is given by --cameras, and the report is "
+      "text\nalone.\n\n"
       "Example\n"
       "  lamella calibrate solve patterns taken/images --out calibration.json");
   verb.callback([arguments, &invocation] {
@@ -189,6 +219,10 @@ void AddReport(CLI::App& calibrate, Invocation& invocation) {
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) {
       CheckWritable(arguments->out);
+      if (DisplayToSolve(arguments->options).varifocal) {
+        throw UsageError("report", "has no page for varifocal displays yet",
+                         "use `lamella calibrate solve`: its report is text");
+      }
       const SolvedPhotos solved = SolvePhotos(arguments->options, progress);
       WriteTextAtomically(arguments->out, CalibrationPage(solved));
       fmt::print("{}\n", arguments->out.string());
