@@ -72,9 +72,22 @@ SeenLens MiddleOf(const Patch& patch, double most_off_px) {
   return {patch.lens_px, sum / num};
 }
 
+// Whether a patch has neighbours on all sides that are seen themselves, by half at least: what lies
+// beside lenses that end at the dark was not decoded, so that their middle is off.
+bool IsEnclosed(const Patch& patch, const std::vector<Patch>& patches, double pitch_px,
+                std::size_t num_neighbours, double whole) {
+  std::size_t seen = 0;
+  for (const Patch& other : patches) {
+    if (static_cast<double>(other.x.size()) < 0.5 * whole) continue;
+    const double apart = (other.lens_px - patch.lens_px).norm();
+    if (apart > 0.5 * pitch_px && apart < 1.2 * pitch_px) ++seen;
+  }
+  return seen >= num_neighbours;
+}
+
 // Of lenses that are seen about as whole as most.
 std::vector<SeenLens> WholeLenses(const ScreenMap& map, const PanelCalibration& panel,
-                                  const LensLattice& lattice) {
+                                  const LensLattice& lattice, double pitch_px) {
   const std::vector<Patch> patches = PatchesOf(map, panel, lattice);
   if (patches.size() < kFewestLenses) return {};
   std::vector<double> sizes;
@@ -82,9 +95,11 @@ std::vector<SeenLens> WholeLenses(const ScreenMap& map, const PanelCalibration& 
   // Of all sizes the upper quartile: a rim of lenses is seen in part.
   const auto whole = sizes.begin() + static_cast<std::ptrdiff_t>(3 * sizes.size() / 4);
   std::nth_element(sizes.begin(), whole, sizes.end());
+  const std::size_t neighbours = lattice.type == LensLattice::Type::kHexagonal ? 6 : 4;
   std::vector<SeenLens> lenses;
   for (const Patch& patch : patches) {
     if (static_cast<double>(patch.x.size()) < 0.75 * *whole) continue;
+    if (!IsEnclosed(patch, patches, pitch_px, neighbours, *whole)) continue;
     lenses.push_back(MiddleOf(patch, std::sqrt(*whole)));
   }
   return lenses;
@@ -144,7 +159,8 @@ bool IsApart(const Vector2d& at, const std::vector<Observation>& points, double 
 
 std::vector<Observation> ObserveLenses(const ScreenMap& map, const PanelCalibration& panel,
                                        const LensLattice& lattice) {
-  const std::vector<SeenLens> lenses = WholeLenses(map, panel, lattice);
+  const double pitch_px = lattice.pitch_mm / (panel.pitch_mm * (1 + panel.scale));
+  const std::vector<SeenLens> lenses = WholeLenses(map, panel, lattice, pitch_px);
   if (lenses.size() < kFewestLenses) return {};
   Eigen::Matrix2Xd from(2, static_cast<Eigen::Index>(lenses.size())), to = from;
   for (std::size_t i = 0; i < lenses.size(); ++i) {
@@ -154,7 +170,6 @@ std::vector<Observation> ObserveLenses(const ScreenMap& map, const PanelCalibrat
   const auto homography = FitHomography(from, to);
   if (!homography) return {};
   const std::vector<Vector2d> off = OffHomography(lenses, *homography);
-  const double pitch_px = lattice.pitch_mm / (panel.pitch_mm * (1 + panel.scale));
   const double radius_px = kAround * pitch_px;
   std::vector<LocalFit> fits;
   std::vector<double> variances;  // of one lens, by each fit

@@ -18,7 +18,8 @@ namespace lamella {
 // Points are the lenses' centres as designed, in the panel's pixels. Of up to 400 lenses each is a
 // point; of more, each point is an affine fit (about the homography of all) to the 19 lenses around
 // one, and none is part of two, so that points' errors are independent. Covariances are those of
-// the lenses' scatter about these fits. Empty where fewer than 12 lenses are seen whole.
+// the lenses' scatter about these fits. Lenses at the rim, without neighbours all around, are left
+// out; empty where fewer than 12 are seen whole.
 std::vector<Observation> ObserveLenses(const ScreenMap& map, const PanelCalibration& panel,
                                        const LensLattice& lattice);
 

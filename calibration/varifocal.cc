@@ -250,11 +250,14 @@ void CheckSeenTwice(const VarifocalFit& fit, const VarifocalTask& task, Varifoca
 
 void CheckKnown(const VarifocalFit& fit, VarifocalReport& report) {
   if (report.covariance.size() > 0 && report.degeneracy.smallest >= kKnown) return;
+  const std::string names = NameOfDirection(report.degeneracy, fit.columns.common);
+  const bool of_camera = names.find("camera") != std::string::npos;
   report.failures.push_back(
-      {fmt::format("{}: the photographs do not settle it",
-                   NameOfDirection(report.degeneracy, fit.columns.common)),
-       "calibrate the camera beforehand, or add photographs of the sheet alone, slanted by 20 to "
-       "40 degrees to all sides"});
+      {fmt::format("{}: the photographs do not settle it", names),
+       of_camera
+           ? "calibrate the camera beforehand, or add photographs of the sheet alone, slanted "
+             "by 20 to 40 degrees to all sides"
+           : kRings});
 }
 
 void CheckCertainty(const CalibrateVarifocalOptions& options, VarifocalReport& report) {

@@ -2,7 +2,9 @@
 // lens by lens and calibrated; the display's ray map then is that of the planes as they are.
 #include "pipeline/solve_varifocal.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include <fmt/format.h>
@@ -12,7 +14,6 @@
 #include "lightfield/atomic_file.h"
 #include "lightfield/calibrated_map.h"
 #include "lightfield/error.h"
-#include "lightfield/panel_rays.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/calibration_record.h"
 #include "pipeline/synth_photos.h"
@@ -38,10 +39,11 @@ planes = 2
 depth_mm = 40
 relay_focal_mm = 500
 [[layer]]
-d0_mm = 7
+d0_mm = 5
 [layer.lenslets]
-pitch_px = 13
-rays = 6
+lattice = "hexagonal"
+pitch_px = 9
+rays = 4
 )";
 
 // What the relay really does: planes off their places, larger with all that goes with it.
@@ -61,19 +63,24 @@ Calibration Misaligned(const Calibration& design) {
   return truth;
 }
 
-// Photographs from six places within 9 degrees of the axis.
+// Photographs from four places within 9 degrees of the axis.
 void Photograph(const fs::path& folder) {
   SynthPhotosOptions options;
   options.misalignment = (folder / "truth.json").string();
   options.shots = (folder / "patterns/shots.json").string();
-  options.eyes = "60,10,400;-60,-15,390;5,60,410;-10,-60,400;25,-20,380;-20,20,420";
-  options.raster = "-27,23,0.45,120,104";
-  options.samples = 8;
-  options.aperture_mm = 3;
-  options.focus_mm = 400;
+  options.eyes = "60,15,400;-60,-20,390;15,60,410;-15,-60,400";
+  options.raster = "-27,23.2,0.4,135,116";
+  options.samples = 2;
   options.exposure = 1.6;
   options.bits = 12;
   SynthPhotos(options, folder / "taken", SilentProgress());
+}
+
+// Where the beam of an emitter leaves, mm across.
+std::optional<Eigen::Vector2d> ElementOf(const CalibratedMap& map, int column, int row) {
+  const auto beam = map.BeamOf(0, 0, column, row);
+  if (!beam) return std::nullopt;
+  return Eigen::Vector2d(beam->beam.x.element_mm, beam->beam.y.element_mm);
 }
 
 TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
@@ -111,23 +118,20 @@ TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
   }
   // Layers are made by it: beams of the calibrated map are those of the truth.
   CheckCalibrates(report.calibration, display, "calibration");
-  double worst_calibrated = 0, worst_designed = 0;
+  double worst_calibrated = 0, worst_designed = 0;  // mm, where light leaves the lenses
   for (int layer = 0; layer < 2; ++layer) {
     const CalibratedMap is(display, report.calibration, layer), should(display, truth, layer);
     const CalibratedMap designed(display, DesignCalibration(display), layer);
-    for (int row = 5; row < 100; row += 7) {
-      for (int column = 5; column < 117; column += 7) {
-        const auto a = is.BeamOf(0, 0, column, row), b = should.BeamOf(0, 0, column, row),
-                   c = designed.BeamOf(0, 0, column, row);
-        if (!a || !b || !c) continue;
-        const Eigen::Vector2d at(b->beam.element_mm);
-        worst_calibrated = std::max(worst_calibrated, (a->beam.element_mm - at).norm());
-        worst_designed = std::max(worst_designed, (c->beam.element_mm - at).norm());
-      }
+    for (int i = 0; i < 117 * 101; i += 7) {
+      const auto a = ElementOf(is, i % 117, i / 117), b = ElementOf(should, i % 117, i / 117),
+                 c = ElementOf(designed, i % 117, i / 117);
+      if (!a || !b || !c) continue;
+      worst_calibrated = std::max(worst_calibrated, (*a - *b).norm());
+      worst_designed = std::max(worst_designed, (*c - *b).norm());
     }
   }
   EXPECT_GT(worst_designed, 0.5);
-  EXPECT_LT(worst_calibrated, 0.02);
+  EXPECT_LT(worst_calibrated, 0.05);
   EXPECT_THAT(DescribeVarifocal(solved), HasSubstr("planes: z mm, magnification"));
 }
 
