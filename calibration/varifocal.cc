@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "calibration/varifocal_rays.h"
 #include "calibration/varifocal_start.h"
 #include "lightfield/error.h"
 #include "lightfield/panel_rays.h"
@@ -201,6 +202,7 @@ void CopyResult(const VarifocalFit& fit, const VarifocalTask& task,
   if (covariance.size() > 0) {
     report.covariance =
         CovarianceInDisplay(fit, covariance, display_from_frame.rotation.toRotationMatrix());
+    report.rays = UncertaintyOfRays(fit, task, display_from_frame, covariance, options.eye_box);
   }
   std::vector<PlaneNumbers> numbers;
   for (std::size_t i = 0; i < task.planes.size(); ++i) {
@@ -223,6 +225,7 @@ void CopyResult(const VarifocalFit& fit, const VarifocalTask& task,
   for (const Rigid& camera_from_frame : fit.state.camera_from_frame) {
     report.camera_from_display.push_back(camera_from_frame * Inverse(display_from_frame));
   }
+  report.limits = options;
   report.slip_px = fit.weighting.slip_sd_px;
   report.chi2 = fit.variance;
   report.rejected.insert(report.rejected.end(), fit.rejected.begin(), fit.rejected.end());

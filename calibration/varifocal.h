@@ -6,6 +6,7 @@
 //   varifocal_problem.h       residuals of all photographs, and their minimiser
 //   varifocal_start.h         starting values
 //   varifocal_solve.h         the joint robust solution; which bends the photographs ask for
+//   varifocal_rays.h          how well pixels on lines of sight are known
 //   mirror_model.h            the smooth model in the mirror's phase
 //
 // calibration.md has the measurements behind each choice.
@@ -59,6 +60,8 @@ struct VarifocalReport {
   double slip_px = 0;          // tau
   double chi2 = 0;             // per degree of freedom, of all
   double view_angles_deg = 0;  // the widest between two views' directions, as seen from the planes
+  RayUncertainty rays;         // varifocal_rays.h
+  CalibrateVarifocalOptions limits;  // what was asked for
   Degeneracy degeneracy;
   std::vector<GroupVerdict> groups;
   std::vector<std::string> rejected;  // photographs and views left out, and why

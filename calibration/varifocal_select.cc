@@ -1,19 +1,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "calibration/varifocal_rays.h"
 #include "calibration/varifocal_solve.h"
-#include "lightfield/panel_rays.h"
 
 namespace lamella {
 namespace {
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kKnown = 100, kBenefitPx = 0.01, kHeldOutErrors = 2;
 
@@ -23,33 +19,6 @@ struct Candidate {
 };
 constexpr std::array kCandidates = {Candidate{"pincushion", &VarifocalGroups::pincushion},
                                     Candidate{"bow", &VarifocalGroups::bow}};
-
-// RMS change of the pixels that lines of sight meet: from every eye through 7 x 5 pixels of every
-// plane as `a` has it.
-double ChangeOfRays(const VarifocalState& a, const VarifocalState& b, const VarifocalTask& task,
-                    const EyeBox& box) {
-  const Rigid frame_from_display = Inverse(DisplayFromFrame(a, task));
-  double sum = 0, num = 0;
-  for (std::size_t i = 0; i < task.planes.size(); ++i) {
-    const PanelCalibration through = WithShape(task.planes[i], a.planes[i].shape);
-    const PanelCalibration met = WithShape(task.planes[i], b.planes[i].shape);
-    const Rigid plane_from_frame = Inverse(b.planes[i].frame_from_plane);
-    for (const Vector3d& eye : box.Eyes()) {
-      const Vector3d from = plane_from_frame * (frame_from_display * eye);
-      for (int k = 0; k < 35; ++k) {
-        const Vector2d pixel(k % 7 / 6.0 * through.width_px, k / 7 / 4.0 * through.height_px);
-        const Vector3d to =
-            plane_from_frame * (a.planes[i].frame_from_plane * PanelPoint(through, pixel));
-        const auto point = MeetPanel(met, from, to - from);
-        const auto seen = point ? PanelPixel(met, point->head<2>()) : std::nullopt;
-        if (!seen) continue;
-        sum += (*seen - pixel).squaredNorm();
-        num += 1;
-      }
-    }
-  }
-  return num > 0 ? std::sqrt(sum / num) : 0;
-}
 
 // By how many standard errors the mean square falls, point by point.
 double GainInErrors(const std::vector<double>& before, const std::vector<double>& after) {

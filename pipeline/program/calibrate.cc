@@ -153,7 +153,7 @@ ExitCode RunSolveVarifocal(const SolveArguments& arguments, Progress& progress) 
   fmt::print("{}", text);
   WriteTextAtomically(text_file, text);
   if (solved.report.accepted()) {
-    SaveCalibration(out, solved.report.calibration);
+    SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
     return ExitCode::kDone;
   }
   const Weakness& first = solved.report.failures.front();

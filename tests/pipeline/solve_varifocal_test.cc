@@ -116,6 +116,17 @@ TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
     EXPECT_LT(plane.depth_sd_mm, 0.1);
     EXPECT_LT(plane.magnification_sd, 5e-4);
   }
+  // It is read back with what it is worth.
+  SaveCalibration(folder / "found.json", report.calibration, MeasurementOf(solved));
+  EXPECT_EQ(LoadCalibration(folder / "found.json").layers[1].emitter.scale,
+            report.calibration.layers[1].emitter.scale);
+  const auto measured = LoadMeasurement(folder / "found.json");
+  ASSERT_TRUE(measured);
+  EXPECT_FALSE(measured->reference);
+  ASSERT_EQ(measured->deviations.size(), 14U);
+  EXPECT_EQ(measured->deviations[12].name, "plane 1 depth");
+  EXPECT_EQ(measured->deviations[12].sd, report.planes[1].depth_sd_mm);
+  EXPECT_GT(measured->ray_max_sd_px, measured->ray_rms_sd_px);
   // Layers are made by it: beams of the calibrated map are those of the truth.
   CheckCalibrates(report.calibration, display, "calibration");
   double worst_calibrated = 0, worst_designed = 0;  // mm, where light leaves the lenses
