@@ -78,26 +78,14 @@ void Summarise(const Fit& fit, const Structure& structure, const Observations& o
   }
 }
 
-Camera CameraOf(const LensParameters& lens, const PhotoCamera& photo) {
-  Camera camera;
-  camera.model = CameraModel::kBrown;
-  camera.width = photo.width;
-  camera.height = photo.height;
-  camera.fx = lens(0);
-  camera.fy = lens(1);
-  camera.cx = lens(2);
-  camera.cy = lens(3);
-  for (std::size_t i = 0; i < 5; ++i) camera.distortion[i] = lens(4 + static_cast<int>(i));
-  return camera;
-}
-
 void CopyResult(const Fit& fit, const Structure& structure, const Observations& observations,
                 CalibrationReport& report) {
   report.calibration = CalibrationOf(fit.state, structure);
   report.reference = structure.reference;
   report.views = structure.views;
   for (std::size_t i = 0; i < observations.cameras.size(); ++i) {
-    report.cameras.push_back(CameraOf(fit.state.cameras[i], observations.cameras[i]));
+    const PhotoCamera& body = observations.cameras[i];
+    report.cameras.push_back(CameraOf(fit.state.cameras[i], body.width, body.height));
   }
   const auto reference = static_cast<std::size_t>(structure.reference.layer);
   const Rigid world_from_display = Inverse(structure.design.layers[reference].display_from_stack);

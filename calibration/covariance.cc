@@ -7,11 +7,8 @@
 #include <Eigen/LU>
 
 namespace lamella {
-namespace {
 
-// Inverse of a symmetric matrix by a Cholesky decomposition of its scaled form; empty where it is
-// not positive definite.
-Eigen::MatrixXd Inverse(const Eigen::MatrixXd& m) {
+Eigen::MatrixXd InverseOf(const Eigen::MatrixXd& m) {
   if (!(m.diagonal().minCoeff() > 0)) return {};
   const Eigen::VectorXd scale = m.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * m * scale.asDiagonal();
@@ -21,8 +18,6 @@ Eigen::MatrixXd Inverse(const Eigen::MatrixXd& m) {
   if (!inverse.allFinite()) return {};
   return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
-
-}  // namespace
 
 Eigen::MatrixXd WithoutSlips(const NormalEquations& equations, const Columns& columns) {
   const int num = columns.first_slip;
@@ -40,7 +35,7 @@ Eigen::MatrixXd WithoutSlips(const NormalEquations& equations, const Columns& co
 }
 
 Eigen::MatrixXd CovarianceOf(const Fit& fit) {
-  const Eigen::MatrixXd inverse = Inverse(WithoutSlips(fit.equations, fit.columns));
+  const Eigen::MatrixXd inverse = InverseOf(WithoutSlips(fit.equations, fit.columns));
   return std::max(1.0, fit.variance) * inverse;
 }
 

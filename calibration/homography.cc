@@ -139,4 +139,35 @@ Rigid PoseOfHomography(const Matrix3d& normalised_from_plane) {
   return {Eigen::Quaterniond(rotation), m.col(2)};
 }
 
+double FocalOfHomographies(const std::vector<Eigen::Matrix3d>& image_from_plane, int width,
+                           int height) {
+  const double size = std::max(width, height);
+  Eigen::Matrix3d scaled = Eigen::Matrix3d::Identity();  // centred, in units of the size
+  scaled(0, 0) = scaled(1, 1) = 1 / size;
+  scaled(0, 2) = -width / (2 * size);
+  scaled(1, 2) = -height / (2 * size);
+  std::vector<std::pair<double, double>> votes;  // 1/f^2, weight
+  double total = 0;
+  for (const Eigen::Matrix3d& homography : image_from_plane) {
+    Eigen::Matrix3d h = scaled * homography;
+    h /= h.leftCols<2>().topRows<2>().norm();
+    const Eigen::Vector2d a(h.col(0).head<2>().dot(h.col(1).head<2>()),
+                            h.col(0).head<2>().squaredNorm() - h.col(1).head<2>().squaredNorm());
+    const Eigen::Vector2d b(h(2, 0) * h(2, 1), h(2, 0) * h(2, 0) - h(2, 1) * h(2, 1));
+    if (!(a.squaredNorm() > 0)) continue;
+    votes.emplace_back(-a.dot(b) / a.squaredNorm(), b.norm());
+    total += votes.back().second;
+  }
+  std::sort(votes.begin(), votes.end());
+  double sum = 0;
+  for (const auto& [inverse_square, weight] : votes) {
+    sum += weight;
+    if (2 * sum < total) continue;
+    const double focal = inverse_square > 0 ? size / std::sqrt(inverse_square) : 0;
+    if (focal > 0.3 * size && focal < 30 * size) return focal;
+    break;
+  }
+  return 1.3 * size;
+}
+
 }  // namespace lamella

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -18,5 +19,12 @@ std::optional<Eigen::Matrix3d> FitHomography(const Eigen::Matrix2Xd& plane,
 // camera_from_plane of a homography into normalised image coordinates (x, y, 1) of a camera without
 // distortion; the plane's origin lies in front.
 Rigid PoseOfHomography(const Eigen::Matrix3d& normalised_from_plane);
+
+// The focal length (px) of a camera with square pixels and its centre in the middle, from
+// homographies of planes to its photographs: each says 1/f^2 twice (Zhang 2000), the better the
+// more it is slanted; the weighted median of what they say. That of a normal lens, 1.3 times the
+// longer side, where they are frontal and say nothing.
+double FocalOfHomographies(const std::vector<Eigen::Matrix3d>& image_from_plane, int width,
+                           int height);
 
 }  // namespace lamella

@@ -91,36 +91,15 @@ Matrix3d CameraMatrix(const PhotoCamera& camera, double focal) {
   return k;
 }
 
-// Square pixels, the centre in the middle: each homography then says 1/f^2 twice (Zhang 2000), the
-// better the more it is slanted. The weighted median of what they say.
 double FocalOf(const Observations& observations, const std::vector<Guess>& guesses, int camera) {
   const PhotoCamera& body = observations.cameras[static_cast<std::size_t>(camera)];
   if (body.focal_px > 0) return body.focal_px;
-  const double size = std::max(body.width, body.height);
-  const Matrix3d scaled = CameraMatrix(body, size).inverse();
-  std::vector<std::pair<double, double>> votes;  // 1/f^2, weight
-  double total = 0;
+  std::vector<Matrix3d> homographies;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     if (observations.photos[i].camera != camera || !guesses[i].homography) continue;
-    Matrix3d h = scaled * *guesses[i].homography;
-    h /= h.leftCols<2>().topRows<2>().norm();
-    const Vector2d a(h.col(0).head<2>().dot(h.col(1).head<2>()),
-                     h.col(0).head<2>().squaredNorm() - h.col(1).head<2>().squaredNorm());
-    const Vector2d b(h(2, 0) * h(2, 1), h(2, 0) * h(2, 0) - h(2, 1) * h(2, 1));
-    if (!(a.squaredNorm() > 0)) continue;
-    votes.emplace_back(-a.dot(b) / a.squaredNorm(), b.norm());
-    total += votes.back().second;
+    homographies.push_back(*guesses[i].homography);
   }
-  std::sort(votes.begin(), votes.end());
-  double sum = 0;
-  for (const auto& [inverse_square, weight] : votes) {
-    sum += weight;
-    if (2 * sum < total) continue;
-    const double focal = inverse_square > 0 ? size / std::sqrt(inverse_square) : 0;
-    if (focal > 0.3 * size && focal < 30 * size) return focal;
-    break;
-  }
-  return 1.3 * size;  // frontal photographs say nothing: a normal lens
+  return FocalOfHomographies(homographies, body.width, body.height);
 }
 
 std::vector<Guess> GuessHomographies(const Observations& observations, const Structure& structure) {

@@ -28,11 +28,7 @@ class StopAtSmallGain : public ceres::IterationCallback {
 
 std::string SolverVersion() { return "Ceres " CERES_VERSION_STRING; }
 
-Minimum Minimise(const CalibrationState& state, const Structure& structure, const Columns& columns,
-                 const Observations& observations, const Weighting& weighting,
-                 const MinimiseOptions& options) {
-  JointProblem joint(state, structure, columns, observations, weighting);
-  if (options.hold_display) joint.HoldDisplay();
+Settling MinimiseProblem(ceres::Problem& problem, const MinimiseOptions& options) {
   StopAtSmallGain stop(options.smallest_gain);
   ceres::Solver::Options how;
   how.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -46,10 +42,19 @@ Minimum Minimise(const CalibrationState& state, const Structure& structure, cons
   how.logging_type = ceres::SILENT;
   how.callbacks.push_back(&stop);
   ceres::Solver::Summary summary;
-  ceres::Solve(how, &joint.problem(), &summary);
-  return {joint.state(), summary.num_successful_steps + summary.num_unsuccessful_steps - 1,
+  ceres::Solve(how, &problem, &summary);
+  return {summary.num_successful_steps + summary.num_unsuccessful_steps - 1,
           summary.termination_type == ceres::CONVERGENCE ||
               summary.termination_type == ceres::USER_SUCCESS};
+}
+
+Minimum Minimise(const CalibrationState& state, const Structure& structure, const Columns& columns,
+                 const Observations& observations, const Weighting& weighting,
+                 const MinimiseOptions& options) {
+  JointProblem joint(state, structure, columns, observations, weighting);
+  if (options.hold_display) joint.HoldDisplay();
+  const Settling settling = MinimiseProblem(joint.problem(), options);
+  return {joint.state(), settling.iterations, settling.converged};
 }
 
 }  // namespace lamella

@@ -7,6 +7,10 @@
 #include "calibration/residuals.h"
 #include "calibration/state.h"
 
+namespace ceres {
+class Problem;
+}
+
 namespace lamella {
 
 std::string SolverVersion();  // "Ceres 2.1.0"
@@ -23,9 +27,15 @@ struct Minimum {
   bool converged = false;
 };
 
-// Levenberg-Marquardt from `state` until a step lowers the cost (chi^2, or its loss) by less than
+// Levenberg-Marquardt until a step lowers the cost (chi^2, or its loss) by less than
 // smallest_gain, or by nothing that rounding leaves visible. On one thread, so that sums have one
-// order.
+// order. From the problem's numbers, in place:
+struct Settling {
+  int iterations = 0;
+  bool converged = false;
+};
+Settling MinimiseProblem(ceres::Problem& problem, const MinimiseOptions& options);
+// From `state`:
 Minimum Minimise(const CalibrationState& state, const Structure& structure, const Columns& columns,
                  const Observations& observations, const Weighting& weighting,
                  const MinimiseOptions& options = {});

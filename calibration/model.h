@@ -62,18 +62,20 @@ Mat3<T> Rotation(const Vec3<T>& r) {
   return m;
 }
 
-// A pixel in its panel's frame; shape is s, a, k and the bow in mm (lightfield/calibration.h).
-template <class T>
+// A pixel in its panel's frame; shape is s, a, k and the bow in mm (lightfield/calibration.h). The
+// pincushion may be a number or an unknown (double or T).
+template <class T, class Pincushion>
 Vec3<T> PanelPoint(const PanelCalibration& panel, const Eigen::Matrix<T, 4, 1>& shape,
-                   const Eigen::Vector2d& pixel) {
+                   const Pincushion& pincushion, const Eigen::Vector2d& pixel) {
   const double p = panel.pitch_mm, R = panel.HalfDiagonalMm();
   const double u = p * (pixel.x() - panel.width_px / 2.0);
   const double v = p * (panel.height_px / 2.0 - pixel.y());
   const T scale = 1.0 + shape(0);
   T y = v * (scale * (1.0 - shape(1)));
   T x = u * (scale * (1.0 + shape(1))) + shape(2) * y;
-  if (panel.pincushion != 0) {
-    const T radial = 1.0 + panel.pincushion / (R * R) * (x * x + y * y);
+  // An unknown has a slope at 0, too.
+  if (!std::is_floating_point_v<Pincushion> || ValueOf(pincushion) != 0) {
+    const T radial = 1.0 + pincushion / (R * R) * (x * x + y * y);
     x = x * radial;
     y = y * radial;
   }
@@ -155,7 +157,7 @@ Vec3<T> Towards(const Vec3<T>& eye, const Vec3<T>& point, const T& index) {
 // length.
 template <class T>
 Vec3<T> DirectionTo(const PhotoModel<T>& m, const Eigen::Vector2d& pixel) {
-  Vec3<T> point = PanelPoint<T>(*m.panel, m.shape, pixel);
+  Vec3<T> point = PanelPoint<T>(*m.panel, m.shape, m.panel->pincushion, pixel);
   if (m.emitter) point = m.stack_from_emitter * point + m.emitter_origin;
   const auto towards = [&](const Vec3<T>& eye) -> Vec3<T> {
     return m.emitter ? Towards<T>(eye, point, m.index) : Vec3<T>(point - eye);

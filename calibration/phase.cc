@@ -17,7 +17,6 @@ constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kLeastModulation = 15, kLeastContrast = 10;  // sigma
 constexpr double kLeastFaintModulation = 3;
 constexpr double kMostNumber = 0.95;
-constexpr int kErosionPx = 3;
 constexpr double kMostOffPlane = 4;  // sigma
 constexpr std::int64_t kGrainRows = 16;
 
@@ -292,7 +291,7 @@ ScreenMap DecodePhase(const PhaseCapture& capture, const std::optional<SensorNoi
       }
     }
   });
-  const Image<std::uint8_t> inside = Eroded(lit, kErosionPx);
+  const Image<std::uint8_t> inside = Eroded(lit, capture.erosion_px);
   ScreenMap map{
       {width, height}, {width, height}, {width, height}, {width, height}, {width, height}};
   Image<std::uint8_t> known(width, height);

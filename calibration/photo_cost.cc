@@ -6,11 +6,10 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <ceres/jet.h>
 
 #include "calibration/model.h"
+#include "calibration/point_residual-inl.h"
 #include "calibration/problem-inl.h"
 
 namespace lamella {
@@ -20,24 +19,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Of a point that its camera can't see: far beyond any outlier, without a slope.
-constexpr double kUnseenResidual = 1e6;
-
 // The parameter blocks in their order; emitters have relation and index, and the plate's thickness
 // is the last.
 enum Block { kCamera, kViewRotation, kViewTranslation, kStackRotation, kStackTranslation, kShape };
 enum { kSlip = kShape + 1, kRelation, kIndex };
 constexpr int kPoseSize = 14;  // of the four blocks of the two poses together
-
-template <class T, int N>
-Eigen::Matrix<T, N, 1> Numbers(const T* from) {
-  return Eigen::Map<const Eigen::Matrix<T, N, 1>>(from);
-}
-
-template <class T>
-model::Mat3<T> RotationOf(const T* xyzw) {
-  return Eigen::Map<const Eigen::Quaternion<T>>(xyzw).toRotationMatrix();
-}
 
 // What a photograph needs of the poses of its view and its stack.
 template <class T>
@@ -104,8 +90,8 @@ PoseWithSlopes DerivePose(double const* const* blocks, const Vector3d& plate_nor
 // What all points of one photograph share, and the points.
 struct PhotoPoints {
   struct Point {
-    Vector2d panel_px, image_px;
-    Eigen::Matrix2d whitening;  // L^T with L L^T the covariance's inverse
+    Vector2d panel_px;
+    WhitenedPixel image;
   };
   const PanelCalibration* panel = nullptr;
   double plate_index = 1;
@@ -205,9 +191,6 @@ class PhotoCost final : public ceres::CostFunction {
   static bool IsSeen(const Vector3d& eye, const Vector3d& seen) {
     return seen.z() > 0 && eye.z() > 0;
   }
-  static bool IsUsable(const Vector2d& pixel) {
-    return pixel.allFinite() && pixel.cwiseAbs().maxCoeff() < 1e8;
-  }
 
   void EvaluateResiduals(double const* const* blocks, double* residuals, double& lacking) const {
     const Pose<double> pose = PoseOf<double>(blocks[kViewRotation], blocks[kViewTranslation],
@@ -221,7 +204,8 @@ class PhotoCost final : public ceres::CostFunction {
       if (IsSeen(pose.eye, seen)) {
         const Vector2d pixel =
             model::Project<double>(camera, seen) + Numbers<double, 2>(blocks[kSlip]);
-        if (IsUsable(pixel)) residual = point.whitening * (pixel - point.image_px);
+        if (Usable<double>(pixel))
+          residual = point.image.whitening * (pixel - point.image.image_px);
       }
       residual *= ScaleOfLoss(photo_.loss, residual, lacking);
       *residuals++ = residual.x();
@@ -254,15 +238,15 @@ class PhotoCost final : public ceres::CostFunction {
       if (usable) {
         const Vector2d pixel =
             ProjectWithSlopes(blocks[kCamera], seen, lens) + Numbers<double, 2>(blocks[kSlip]);
-        usable = IsUsable(pixel);
-        if (usable) residual = point.whitening * (pixel - point.image_px);
+        usable = Usable<double>(pixel);
+        if (usable) residual = point.image.whitening * (pixel - point.image.image_px);
       }
       const double scale = ScaleOfLoss(photo_.loss, residual, lacking);
       residual *= scale;
       residuals[2 * i] = residual.x();
       residuals[2 * i + 1] = residual.y();
       if (!usable) continue;
-      const Eigen::Matrix2d whitening = scale * point.whitening;
+      const Eigen::Matrix2d whitening = scale * point.image.whitening;
       lens = (whitening * lens).eval();
       const Eigen::Matrix<double, 2, 3> of_seen = lens.rightCols<3>();
       const Eigen::Matrix<double, 2, kLocal> slopes = (of_seen * pose.camera_from_stack) * of_local;
@@ -341,8 +325,7 @@ std::unique_ptr<ceres::CostFunction> MakePhotoCost(const Structure& structure, c
     photo.plate_normal = display_from_world.rotation.inverse() * plate->normal;
   }
   for (const Observation& point : points) {
-    const Eigen::Matrix2d information = point.covariance_px2.inverse();
-    photo.points.push_back({point.panel_px, point.image_px, information.llt().matrixU()});
+    photo.points.push_back({point.panel_px, {point.image_px, point.covariance_px2}});
   }
   if (panel.role == PanelId::kEmitter) {
     if (plate) return std::make_unique<PhotoCost<true, true>>(std::move(photo));

@@ -10,6 +10,7 @@
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 
+#include "calibration/free_blocks-inl.h"
 #include "calibration/observations.h"
 #include "calibration/residuals.h"
 #include "calibration/state.h"
@@ -50,15 +51,6 @@ class JointProblem {
   NormalEquations Equations();
 
  private:
-  // A block with the columns of its tangent space and how far one unit of it goes in a column.
-  struct FreeBlock {
-    double* values;
-    std::vector<int> columns;
-    double column_per_tangent;
-  };
-
-  void AddNumbers(double* values, const std::vector<int>& columns);
-  void AddRotation(double* xyzw, int first_column);
   void AddLayer(std::size_t i);
   void AddParameters();
   void AddPhoto(const Structure& structure, const PanelPhoto& photo, std::size_t number,
@@ -67,8 +59,8 @@ class JointProblem {
   CalibrationState state_;
   const Columns& columns_;
   std::optional<ceres::CauchyLoss> loss_;
-  std::vector<FreeBlock> free_;
   std::unique_ptr<ceres::Problem> problem_;
+  std::optional<FreeBlocks> free_;
 };
 
 }  // namespace lamella

@@ -73,6 +73,22 @@ void RepeatFirst(std::vector<PatternShot>& shots) {
   shots.push_back(again);
 }
 
+std::string SinusoidOf(const Pattern& pattern) {
+  return fmt::format("sinusoid along {} of {} px, step {} of {}",
+                     pattern.series.axis == PanelAxis::kU ? "u" : "v", pattern.series.period_px,
+                     pattern.step + 1, pattern.series.steps);
+}
+
+constexpr const char* kAgain = "; the same as before, it tells whether the camera moved";
+
+// Of a plane, which has an emitter alone.
+std::string WhatOfPlane(const PatternShot& shot) {
+  if (shot.kind == PatternShot::Kind::kDark) return "every plane black";
+  const bool white = shot.kind == PatternShot::Kind::kWhite;
+  return fmt::format("plane {} lit alone: {}{}", shot.panel.layer,
+                     white ? "white" : SinusoidOf(shot.pattern), shot.again ? kAgain : "");
+}
+
 // `stacked`: the layer has another panel.
 std::string What(const PatternShot& shot, bool stacked) {
   const std::string layer = fmt::format("layer {}", shot.panel.layer);
@@ -87,17 +103,38 @@ std::string What(const PatternShot& shot, bool stacked) {
     case PatternShot::Kind::kLeak:
       return layer + ": emitter white, modulator black";
     case PatternShot::Kind::kBoard:
-      return fmt::format(
-          "{}: board{}{}", NameOf(shot.panel), other,
-          shot.again ? "; the same as before, it tells whether the camera moved" : "");
+      return fmt::format("{}: board{}{}", NameOf(shot.panel), other, shot.again ? kAgain : "");
     case PatternShot::Kind::kPhase:
       break;
   }
-  return fmt::format("{}: sinusoid along {} of {} px, step {} of {}{}{}", NameOf(shot.panel),
-                     shot.pattern.series.axis == PanelAxis::kU ? "u" : "v",
-                     shot.pattern.series.period_px, shot.pattern.step + 1,
-                     shot.pattern.series.steps, other,
-                     shot.again ? "; the same as before, it tells whether the camera moved" : "");
+  return fmt::format("{}: {}{}{}", NameOf(shot.panel), SinusoidOf(shot.pattern), other,
+                     shot.again ? kAgain : "");
+}
+
+std::string DescribePlaneShots(const ShotList& list) {
+  std::string text = fmt::format(
+      "Calibration of {}: {} photographs from every camera position\n\n"
+      "Camera: on a tripod, released from afar, in a dark room; focus, zoom and exposure locked "
+      "for\n"
+      "all photographs, no automatic corrections; exposed over many periods of the mirror, a "
+      "white\n"
+      "plane at about 80 % of full scale; every plane in focus, 5 of its pixels or more on a "
+      "lens.\n"
+      "Projector: the mirror swings; a shot's image is shown in the time slot of its plane alone,\n"
+      "all other slots are black.\n"
+      "Positions: 12 (never fewer than 6), on two rings about the axis, the outer one as far off "
+      "it\n"
+      "as the planes are seen from (9 degrees), the inner one a third of that; distances varied "
+      "by\n"
+      "12 %, the camera rolled by 90 and 180 degrees in some. Where it stood has to be known, in "
+      "mm:\n"
+      "from markers on the frame, for instance.\n"
+      "At every position take all of these without touching the camera:\n\n",
+      list.display, list.shots.size());
+  for (const PatternShot& shot : list.shots) {
+    text += fmt::format("{:<36} {}\n", shot.name, WhatOfPlane(shot));
+  }
+  return text;
 }
 
 bool IsStacked(const ShotList& list, int layer) {
@@ -142,10 +179,11 @@ std::vector<LayerPatterns> ShownIn(const PatternShot& shot, int num_layers) {
   return layers;
 }
 
-ShotList PlanShots(const Calibration& calibration, CalibrationMode mode) {
+ShotList PlanShots(const Calibration& calibration, CalibrationMode mode, bool planes_in_turn) {
   ShotList list{calibration.display,
                 mode,
                 static_cast<int>(calibration.layers.size()),
+                planes_in_turn,
                 PanelsOf(calibration, mode),
                 {}};
   using Kind = PatternShot::Kind;
@@ -192,6 +230,7 @@ std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern) {
 }
 
 std::string DescribeShots(const ShotList& list) {
+  if (list.planes_in_turn) return DescribePlaneShots(list);
   // Modulators are told from emitters by boards; lenses show neither.
   const bool lenses = std::all_of(list.panels.begin(), list.panels.end(), [](const auto& panel) {
     return panel.id.role == PanelId::kEmitter && !panel.board;

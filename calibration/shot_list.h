@@ -52,6 +52,9 @@ struct ShotList {
   std::string display;
   CalibrationMode mode = CalibrationMode::kQuick;
   int num_layers = 0;
+  // The layers are planes of a varifocal display: what a shot shows is lit in its plane's time slot
+  // alone.
+  bool planes_in_turn = false;
   std::vector<CalibratedPanel> panels;  // back to front, a layer's modulator before its emitter
   std::vector<PatternShot> shots;       // of one camera position
 };
@@ -59,7 +62,8 @@ struct ShotList {
 // quick: dark, white and leak of every layer, a board on every panel, the first board again.
 // precise: sinusoids on every panel as well, and boards where there is room. UsageError where a
 // panel is too small for the board of quick, or there is nothing but lenses, which need sinusoids.
-ShotList PlanShots(const Calibration& calibration, CalibrationMode mode);
+ShotList PlanShots(const Calibration& calibration, CalibrationMode mode,
+                   bool planes_in_turn = false);
 
 // The image of a pattern. The board's is drawn by calibration/detect_board.h.
 std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern);

@@ -25,9 +25,9 @@ struct DataEquations {
   std::vector<Vector2d> own_gradient, slip;
 };
 
-DataEquations WithoutPrior(const Fit& fit) {
-  const int num = fit.columns.first_slip;
-  const double tau = fit.weighting.slip_sd_px;
+DataEquations WithoutPrior(const SlipSolution& fit) {
+  const int num = fit.num_others;
+  const double tau = fit.slip_sd_px;
   const Eigen::MatrixXd& hessian = fit.equations.hessian;
   const double certain = 1 / std::max(1e-12, fit.variance);
   Eigen::VectorXd scale = hessian.diagonal().head(num).cwiseSqrt();
@@ -39,11 +39,11 @@ DataEquations WithoutPrior(const Fit& fit) {
     if (!(scale(i) > 0)) data.others(i, i) = 1;
   }
   data.gradient = certain * scale.asDiagonal() * fit.equations.gradient.head(num);
-  for (std::size_t i = 0; i < fit.columns.slip.size(); ++i) {
-    const int at = fit.columns.slip[i];
+  for (std::size_t i = 0; i < fit.columns.size(); ++i) {
+    const int at = fit.columns[i];
     const Matrix2d own = hessian.block<2, 2>(at, at) - Matrix2d::Identity() / (tau * tau);
     if (!(own.trace() > 1e-6 / (tau * tau))) continue;  // no point of it counts
-    const Vector2d slip = fit.state.slips_px[i];
+    const Vector2d slip = fit.slips_px[i];
     data.own.push_back(certain * own);
     data.crossed.push_back(certain * scale.asDiagonal() * hessian.block(0, at, num, 2));
     data.own_gradient.push_back(certain *
@@ -78,8 +78,8 @@ double Improbability(const DataEquations& data, double tau) {
 
 }  // namespace
 
-double EstimateSlip(const Fit& fit) {
-  const DataEquations data = WithoutPrior(fit);
+double EstimateSlip(const SlipSolution& solution) {
+  const DataEquations data = WithoutPrior(solution);
   constexpr int kCoarse = 10;
   const double low = std::log(kSmallestPx), high = std::log(kLargestPx);
   const double step = (high - low) / (kCoarse - 1);

@@ -139,6 +139,19 @@ void SetShape(PanelCalibration& panel, const Eigen::Vector4d& shape) {
 
 }  // namespace
 
+Camera CameraOf(const LensParameters& lens, int width_px, int height_px) {
+  Camera camera;
+  camera.model = CameraModel::kBrown;
+  camera.width = width_px;
+  camera.height = height_px;
+  camera.fx = lens(0);
+  camera.fy = lens(1);
+  camera.cx = lens(2);
+  camera.cy = lens(3);
+  for (std::size_t i = 0; i < 5; ++i) camera.distortion[i] = lens(4 + static_cast<int>(i));
+  return camera;
+}
+
 const PanelCalibration& Structure::Panel(const PanelId& panel) const {
   const LayerCalibration& layer = design.layers[static_cast<std::size_t>(panel.layer)];
   return panel.role == PanelId::kEmitter ? layer.emitter : *layer.modulator;

@@ -13,6 +13,7 @@
 
 #include "calibration/observations.h"
 #include "lightfield/calibration.h"
+#include "lightfield/camera.h"
 #include "lightfield/rigid.h"
 
 namespace lamella {
@@ -22,6 +23,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 // A photograph's camera: fx, fy, cx, cy (px), k1, k2, p1, p2, k3.
 using LensParameters = Vector9d;
+Camera CameraOf(const LensParameters& lens, int width_px, int height_px);
 
 struct LayerState {
   Rigid world_from_stack;

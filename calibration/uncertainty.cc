@@ -145,12 +145,16 @@ RayUncertainty UncertaintyOfRays(const Fit& fit, const Structure& structure,
                            covariance.topLeftCorner(num, num));
 }
 
-Degeneracy DegeneracyOf(const Fit& fit) {
-  Eigen::MatrixXd scaled = WithoutSlips(fit.equations, fit.columns);
-  const Eigen::Map<const Eigen::VectorXd> sd(fit.columns.prior_sd.data(), scaled.rows());
+Degeneracy DegeneracyOf(const NormalEquations& equations, const Columns& columns, double variance) {
+  Eigen::MatrixXd scaled = WithoutSlips(equations, columns);
+  const Eigen::Map<const Eigen::VectorXd> sd(columns.prior_sd.data(), scaled.rows());
   scaled = sd.asDiagonal() * scaled * sd.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-  return {eigen.eigenvalues()(0) / std::max(1.0, fit.variance), eigen.eigenvectors().col(0)};
+  return {eigen.eigenvalues()(0) / std::max(1.0, variance), eigen.eigenvectors().col(0)};
+}
+
+Degeneracy DegeneracyOf(const Fit& fit) {
+  return DegeneracyOf(fit.equations, fit.columns, fit.variance);
 }
 
 std::string NameOfDirection(const Degeneracy& degeneracy, const Columns& columns) {

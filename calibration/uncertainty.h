@@ -64,6 +64,7 @@ struct Degeneracy {
   double smallest = 0;
   Eigen::VectorXd direction;  // of the weakest, in units of the assumptions
 };
+Degeneracy DegeneracyOf(const NormalEquations& equations, const Columns& columns, double variance);
 Degeneracy DegeneracyOf(const Fit& fit);
 // The parameters that make up most of it, by name: "layer 1 gap, camera body focal x".
 std::string NameOfDirection(const Degeneracy& degeneracy, const Columns& columns);

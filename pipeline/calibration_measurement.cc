@@ -1,5 +1,9 @@
 #include "pipeline/calibration_measurement.h"
 
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "calibration/minimise.h"
@@ -44,25 +48,52 @@ ProbedRay ReadRay(const JsonObject& json) {
   return {ReadPanelId(json), {pixel[0], pixel[1]}, {eye[0], eye[1], eye[2]}};
 }
 
-}  // namespace
-
-CalibrationMeasurement MeasurementOf(const SolvedPhotos& solved) {
-  const CalibrationReport& report = solved.report;
+// What all reports have.
+template <class Solved>
+CalibrationMeasurement CommonOf(const Solved& solved) {
+  const auto& report = solved.report;
   CalibrationMeasurement m;
   m.program = std::string("lamella ") + ProgramVersion();
   m.solver = SolverVersion();
-  m.reference = report.reference;
   m.eye_box = report.limits.eye_box;
   m.ray_rms_sd_px = report.rays.rms_sd_px;
   m.ray_max_sd_px = report.rays.max_sd_px;
   m.worst = report.rays.worst;
   m.chi2 = report.chi2;
   m.slip_px = report.slip_px;
-  m.deviations = report.deviations;
   for (const GroupVerdict& verdict : report.groups) {
     m.groups.push_back({verdict.group, verdict.freed, verdict.reason});
   }
   m.photos = solved.photos;
+  return m;
+}
+
+}  // namespace
+
+CalibrationMeasurement MeasurementOf(const SolvedPhotos& solved) {
+  CalibrationMeasurement m = CommonOf(solved);
+  m.reference = solved.report.reference;
+  m.deviations = solved.report.deviations;
+  return m;
+}
+
+CalibrationMeasurement MeasurementOf(const SolvedVarifocal& solved) {
+  CalibrationMeasurement m = CommonOf(solved);
+  const std::vector<CalibratedPlane>& planes = solved.report.planes;
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    Eigen::Index number = 0;
+    for (const auto& [name, unit] : {std::pair{"rotation x", "rad"},
+                                     {"rotation y", "rad"},
+                                     {"rotation z", "rad"},
+                                     {"position x", "mm"},
+                                     {"position y", "mm"},
+                                     {"depth", "mm"},
+                                     {"magnification", ""}}) {
+      m.deviations.push_back({fmt::format("plane {} {}", k, name), unit,
+                              std::sqrt(planes[k].covariance(number, number))});
+      ++number;
+    }
+  }
   return m;
 }
 
@@ -81,10 +112,9 @@ std::string MeasurementText(const CalibrationMeasurement& m) {
   for (const auto& photo : m.photos) {
     photos.push_back({{"file", photo.file}, {"sha256", photo.sha256}});
   }
-  const Json json = {
-      {"program", m.program},
-      {"solver", m.solver},
-      {"reference", ToJson(m.reference)},
+  Json json = {{"program", m.program}, {"solver", m.solver}};
+  if (m.reference) json["reference"] = ToJson(*m.reference);
+  json.update(Json{
       {"eye_box",
        {{"half_width_mm", m.eye_box.half_width_mm},
         {"half_height_mm", m.eye_box.half_height_mm},
@@ -95,7 +125,7 @@ std::string MeasurementText(const CalibrationMeasurement& m) {
       {"slip_px", m.slip_px},
       {"deviations", deviations},
       {"groups", groups},
-      {"photos", photos}};
+      {"photos", photos}});
   // Names of files need not be UTF-8.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -106,9 +136,11 @@ CalibrationMeasurement ReadMeasurement(const JsonObject& json) {
   CalibrationMeasurement m;
   m.program = json.Text("program");
   m.solver = json.Text("solver");
-  const JsonObject reference = json.Object("reference");
-  reference.CheckKeys({"layer", "role"});
-  m.reference = ReadPanelId(reference);
+  if (json.Has("reference")) {
+    const JsonObject reference = json.Object("reference");
+    reference.CheckKeys({"layer", "role"});
+    m.reference = ReadPanelId(reference);
+  }
   m.eye_box = ReadEyeBox(json.Object("eye_box"));
   const JsonObject rays = json.Object("rays");
   rays.CheckKeys({"rms_sd_px", "max_sd_px", "worst"});

@@ -3,18 +3,21 @@
 // which photographs they were made. calibration.md section 10.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "calibration/calibrate.h"
 #include "pipeline/json_file.h"
 #include "pipeline/solve_photos.h"
+#include "pipeline/solve_varifocal.h"
 
 namespace lamella {
 
 struct CalibrationMeasurement {
   std::string program, solver;  // "lamella 0.1.0", "Ceres 2.1.0"
-  PanelId reference;            // whose pitch is the unit of length
+  // Whose pitch is the unit of length; none where the cameras' poses gave it.
+  std::optional<PanelId> reference;
   EyeBox eye_box;
   double ray_rms_sd_px = 0, ray_max_sd_px = 0;  // of rays through the box
   ProbedRay worst;
@@ -30,6 +33,7 @@ struct CalibrationMeasurement {
 };
 
 CalibrationMeasurement MeasurementOf(const SolvedPhotos& solved);
+CalibrationMeasurement MeasurementOf(const SolvedVarifocal& solved);
 
 // An object of JSON.
 std::string MeasurementText(const CalibrationMeasurement& measurement);

@@ -92,12 +92,14 @@ Json RecordJson(const ShotList& list) {
     }
     shots.push_back(json);
   }
-  return {{"format_version", kFormatVersion},
-          {"display", list.display},
-          {"mode", list.mode == CalibrationMode::kQuick ? "quick" : "precise"},
-          {"num_layers", list.num_layers},
-          {"panels", panels},
-          {"shots", shots}};
+  Json json = {{"format_version", kFormatVersion},
+               {"display", list.display},
+               {"mode", list.mode == CalibrationMode::kQuick ? "quick" : "precise"},
+               {"num_layers", list.num_layers}};
+  if (list.planes_in_turn) json["planes_in_turn"] = true;
+  json["panels"] = panels;
+  json["shots"] = shots;
+  return json;
 }
 
 PanelId ReadPanelId(const JsonObject& json, int num_layers) {
@@ -188,6 +190,7 @@ ShotList LoadShotList(const fs::path& folder) {
   if (mode != "quick" && mode != "precise") throw json.Wrong("mode", "quick or precise");
   list.mode = mode == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise;
   list.num_layers = json.Whole("num_layers", 1, 1024);
+  list.planes_in_turn = json.HasTrue("planes_in_turn");
   for (const JsonObject& panel : json.Objects("panels")) {
     list.panels.push_back(ReadPanel(panel, list.num_layers));
   }

@@ -16,31 +16,6 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-std::optional<PanelPhoto> ObservePhases(const CheckedPhotos& checked, const fs::path& folder,
-                                        int view, const CalibratedPanel& panel) {
-  const auto photos = ReadPhasePhotos(checked, folder, view, panel, ReadLuminance);
-  if (!photos) return std::nullopt;
-  return PanelPhoto{panel.id, view, 0, photos->names.front(),
-                    ObserveNodes(DecodePhase(photos->capture),
-                                 NodesOf(panel.size.width_px, panel.size.height_px))};
-}
-
-void CheckSizes(const CheckedPhotos& checked) {
-  const CheckedPhoto* first = nullptr;
-  for (const CheckedPhoto& photo : checked.photos) {
-    if (!photo.good) continue;
-    if (first == nullptr) first = &photo;
-    if (photo.facts.width == first->facts.width && photo.facts.height == first->facts.height) {
-      continue;
-    }
-    throw InputError(
-        photo.photo,
-        fmt::format("is {} x {} px, {} is {} x {}", photo.facts.width, photo.facts.height,
-                    first->photo, first->facts.width, first->facts.height),
-        "take all with one camera, unturned and uncropped");
-  }
-}
-
 void LeaveOut(const std::vector<MovedPosition>& moved, const std::string& where,
               Observations& observations) {
   if (moved.empty()) return;
@@ -57,6 +32,30 @@ void LeaveOut(const std::vector<MovedPosition>& moved, const std::string& where,
 
 }  // namespace
 
+std::optional<DecodedPanel> DecodePanel(const CheckedPhotos& checked, const fs::path& folder,
+                                        int view, const CalibratedPanel& panel) {
+  auto photos = ReadPhasePhotos(checked, folder, view, panel, ReadLuminance);
+  if (!photos) return std::nullopt;
+  if (checked.list.planes_in_turn) photos->capture.erosion_px = 1;
+  return DecodedPanel{DecodePhase(photos->capture), photos->names.front()};
+}
+
+void CheckOneSize(const CheckedPhotos& checked) {
+  const CheckedPhoto* first = nullptr;
+  for (const CheckedPhoto& photo : checked.photos) {
+    if (!photo.good) continue;
+    if (first == nullptr) first = &photo;
+    if (photo.facts.width == first->facts.width && photo.facts.height == first->facts.height) {
+      continue;
+    }
+    throw InputError(
+        photo.photo,
+        fmt::format("is {} x {} px, {} is {} x {}", photo.facts.width, photo.facts.height,
+                    first->photo, first->facts.width, first->facts.height),
+        "take all with one camera, unturned and uncropped");
+  }
+}
+
 std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked) {
   std::vector<MovedPosition> moved;
   for (const CheckedPhoto& photo : checked.photos) {
@@ -68,7 +67,7 @@ std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked) {
 
 Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
                            Progress& progress) {
-  CheckSizes(checked);
+  CheckOneSize(checked);
   const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
   Observations observations = ObservationsOf(checked.list, checked.photos);
   const auto num_panels = static_cast<std::int64_t>(checked.list.panels.size());
@@ -76,13 +75,15 @@ Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
   if (num_views > 0) progress.Start("sinusoids", num_views * num_panels, "panels");
   for (int view = 0; view < num_views; ++view) {
     for (const CalibratedPanel& panel : checked.list.panels) {
-      auto seen = ObservePhases(checked, folder, view, panel);
+      const auto seen = DecodePanel(checked, folder, view, panel);
       progress.Advance();
       if (!seen) continue;
       std::erase_if(observations.photos, [&](const PanelPhoto& board) {
         return board.view == view && board.panel == panel.id;
       });
-      observations.photos.push_back(std::move(*seen));
+      observations.photos.push_back(
+          {panel.id, view, 0, seen->photo,
+           ObserveNodes(seen->map, NodesOf(panel.size.width_px, panel.size.height_px))});
       if (!observations.cameras.empty()) continue;
       const PhotoFacts& facts = checked.photos.front().facts;
       observations.cameras.push_back({"body", facts.width, facts.height, 0});

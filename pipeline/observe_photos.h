@@ -2,9 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "calibration/observations.h"
+#include "calibration/screen_map.h"
 #include "lightfield/progress.h"
 #include "pipeline/check_photos.h"
 
@@ -17,6 +20,19 @@ struct MovedPosition {
   double moved_px = 0;
 };
 std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked);
+
+// What a panel's sinusoids at a position say, and their first photograph's name; nothing where one
+// of them is absent or bad.
+struct DecodedPanel {
+  ScreenMap map;
+  std::string photo;
+};
+std::optional<DecodedPanel> DecodePanel(const CheckedPhotos& checked,
+                                        const std::filesystem::path& folder, int view,
+                                        const CalibratedPanel& panel);
+
+// InputError where photographs differ in size.
+void CheckOneSize(const CheckedPhotos& checked);
 
 // The corners of all usable photographs of boards; where a position has all sinusoids of a panel,
 // the nodes of their map instead, under the name of their first photograph. `photos` is the folder

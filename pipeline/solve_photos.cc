@@ -48,16 +48,15 @@ void ListDoubts(const CheckedPhotos& checked, SolvedPhotos& solved) {
   }
 }
 
-std::vector<SolvedPhotos::Photo> Hashed(const Observations& observations, const fs::path& photos) {
+}  // namespace
+
+std::vector<SolvedPhotos::Photo> HashPhotos(const std::set<std::string>& names,
+                                            const fs::path& photos) {
   const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
-  std::set<std::string> names;
-  for (const PanelPhoto& photo : observations.photos) names.insert(photo.photo);
   std::vector<SolvedPhotos::Photo> hashed;
   for (const std::string& name : names) hashed.push_back({name, Sha256OfFile(folder / name)});
   return hashed;
 }
-
-}  // namespace
 
 SolvedPhotos SolvePhotos(const SolvePhotosOptions& options, Progress& progress) {
   const CalibrationSetUp set_up = LoadCalibrationSetUp(options.patterns, options.display);
@@ -69,7 +68,9 @@ SolvedPhotos SolvePhotos(const SolvePhotosOptions& options, Progress& progress) 
   Observations observations = ObservePhotos(checked, options.photos, progress);
   for (PhotoCamera& camera : observations.cameras) camera.focal_px = options.focal_px;
   ListDoubts(checked, solved);
-  solved.photos = Hashed(observations, options.photos);
+  std::set<std::string> names;
+  for (const PanelPhoto& photo : observations.photos) names.insert(photo.photo);
+  solved.photos = HashPhotos(names, options.photos);
   progress.Start("solution", 1, "calibration");
   CalibrateOptions calibrate;
   calibrate.eye_box = CleanEyesOf(solved.display);

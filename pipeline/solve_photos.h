@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ struct SolvedPhotos {
   };
   std::vector<Photo> photos;  // that were used
 };
+
+// Photographs by name with their hashes; `photos` is their folder, or one of them.
+std::vector<SolvedPhotos::Photo> HashPhotos(const std::set<std::string>& names,
+                                            const std::filesystem::path& photos);
 
 // Rays are asked for in the box in which eyes see the display cleanly, at least 65 mm wide and
 // high, from 0.8 to 1.2 viewing distances. InputError where no photograph shows a pattern of this

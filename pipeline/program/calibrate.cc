@@ -11,14 +11,17 @@
 
 #include "distribute/displays.h"
 #include "lightfield/atomic_file.h"
+#include "lightfield/error.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/calibration_record.h"
+#include "pipeline/calibration_set_up.h"
 #include "pipeline/calibration_report.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/program/command_line.h"
 #include "pipeline/report/calibration_page.h"
 #include "pipeline/solve_photos.h"
 #include "pipeline/solve_sheets.h"
+#include "pipeline/solve_varifocal.h"
 
 namespace lamella {
 namespace {
@@ -49,9 +52,10 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) {
       const Display display = FindDisplay(arguments->display);
-      const ShotList list = PlanShots(DesignCalibration(display), arguments->mode == "quick"
-                                                                      ? CalibrationMode::kQuick
-                                                                      : CalibrationMode::kPrecise);
+      const ShotList list = PlanShots(
+          DesignCalibration(display),
+          arguments->mode == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise,
+          display.varifocal.has_value());
       WritePatterns(arguments->out, list, progress);
       WriteTextAtomically(std::filesystem::path(arguments->out) / kPatternsDisplay,
                           ToToml(display));
@@ -105,7 +109,7 @@ void AddCheck(CLI::App& calibrate, Invocation& invocation) {
 struct SolveArguments {
   SolvePhotosOptions options;
   std::filesystem::path out;
-  std::filesystem::path cameras;  // of lens sheets
+  std::filesystem::path cameras;  // of lens sheets and varifocal displays
   std::optional<double> camera_sd_mm;
 };
 
@@ -162,15 +166,37 @@ ExitCode RunSolveSheets(const SolveArguments& arguments, Progress& progress) {
   return CodeOf(failures, out.string() + " was not written");
 }
 
+// And of a varifocal display.
+ExitCode RunSolveVarifocal(const SolveArguments& arguments, Progress& progress) {
+  const std::filesystem::path& out = arguments.out;
+  std::filesystem::path text_file = out;
+  text_file.replace_extension(".report.txt");
+  for (const auto& file : {out, text_file}) CheckWritable(file);
+  const SolvedVarifocal solved =
+      SolveVarifocalPhotos(arguments.options, arguments.cameras, progress);
+  const std::string text = DescribeVarifocal(solved);
+  fmt::print("{}", text);
+  WriteTextAtomically(text_file, text);
+  if (solved.report.accepted()) {
+    SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
+  }
+  return CodeOf(solved.report.failures, out.string() + " was not written");
+}
+
+bool IsVarifocal(const SolvePhotosOptions& options) {
+  return LoadCalibrationSetUp(options.patterns, options.display).display.varifocal.has_value();
+}
+
 void RefuseCameras(const SolveArguments& arguments) {
   if (arguments.cameras.empty() && !arguments.camera_sd_mm) return;
   throw UsageError(arguments.cameras.empty() ? "--camera-sd-mm" : "--cameras",
-                   "is of lens sheets, which this display has none of",
+                   "is of displays with lenses, which this one has none of",
                    "leave it out: where the camera stood is found from the boards");
 }
 
 // The calibration is written where it is certain enough, its reports in any case.
 ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
+  if (IsVarifocal(arguments.options)) return RunSolveVarifocal(arguments, progress);
   if (HasLensSheets(arguments.options.patterns, arguments.options.display)) {
     return RunSolveSheets(arguments, progress);
   }
@@ -198,9 +224,10 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
   AddSolveOptions(verb, *arguments);
   verb.add_option("--out", arguments->out, "calibration.json to write; its reports lie beside it")
       ->required();
-  verb.add_option("--cameras", arguments->cameras,
-                  "of lens sheets: transforms.json in the display's frame (mm), a frame for every "
-                  "position, named as one of its photographs");
+  verb.add_option(
+      "--cameras", arguments->cameras,
+      "of lens sheets and varifocal displays: transforms.json in the display's frame (mm), a "
+      "frame for every position, named as one of its photographs");
   verb.add_option("--camera-sd-mm", arguments->camera_sd_mm,
                   "how well each coordinate of a camera's position is known [0.3]")
       ->check(CLI::NonNegativeNumber);
@@ -209,7 +236,11 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
       "Beside FILE.json lie FILE.report.txt and FILE.report.html: what is known how well, what was "
       "left\nout, and which photographs would help. The exit code is 4 where rays are not known to "
       "0.03 px RMS\nand 0.1 px at worst, or something is lost: then only the reports are "
-      "written.\n\n"
+      "written.\n"
+      "A varifocal display's planes must be known to 0.03 mm in depth and 1e-4 in magnification, "
+      "as\n"
+      "two standard deviations; where the cameras stood is given by --cameras, and the report is "
+      "text\nalone.\n\n"
       "Example\n"
       "  lamella calibrate solve patterns taken/images --out calibration.json\n"
       "  lamella calibrate solve patterns taken/images --cameras taken/transforms.json \\\n"

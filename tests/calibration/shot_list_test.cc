@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "lightfield/display.h"
 #include "lightfield/error.h"
 
 namespace lamella {
@@ -142,6 +143,34 @@ TEST(DescribeShots, SaysHowManyPositionsLensesNeed) {
   EXPECT_THAT(text, HasSubstr("Positions: 2 and more"));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("two rings")));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("modulator")));
+}
+
+TEST(ShotList, LightsAVarifocalDisplaysPlanesOneAtATime) {
+  Display display;
+  display.name = "planes";
+  display.width_px = 104;
+  display.height_px = 78;
+  display.pitch_mm = 0.3;
+  display.viewing_distance_mm = 400;
+  display.varifocal = Varifocal{};
+  display.varifocal->planes = 3;
+  Layer layer;
+  layer.optics = LensletArray{};
+  display.layers = PlanesOf(*display.varifocal, layer);
+  const ShotList list = PlanShots(DesignCalibration(display), CalibrationMode::kPrecise, true);
+  EXPECT_TRUE(list.planes_in_turn);
+  for (const PatternShot& shot : list.shots) {
+    int lit = 0;
+    for (const LayerPatterns& shown : ShownIn(shot, list.num_layers)) {
+      lit += shown.emitter.kind != Pattern::Kind::kBlack ? 1 : 0;
+    }
+    EXPECT_EQ(lit, shot.kind == PatternShot::Kind::kDark ? 0 : 1) << shot.name;
+  }
+  const std::string text = DescribeShots(list);
+  EXPECT_THAT(text,
+              testing::HasSubstr("plane 2 lit alone: sinusoid along v of 16 px, step 8 of 8"));
+  EXPECT_THAT(text, testing::HasSubstr("in the time slot of its plane alone"));
+  EXPECT_THAT(text, testing::Not(testing::HasSubstr("modulator")));
 }
 
 }  // namespace

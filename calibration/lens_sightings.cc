@@ -1,0 +1,202 @@
+#include "calibration/lens_sightings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "calibration/homography.h"
+#include "lightfield/panel_rays.h"
+
+namespace lamella {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kFewestLenses = 12, kMostSingle = 400;
+constexpr double kAround = 2.1;  // lens pitches: 19 lenses of a hexagonal sheet, 13 of a square one
+constexpr double kMostOff = 4;   // deviations
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// The photograph's pixels that see one lens.
+struct Patch {
+  Vector2d lens_px;  // its centre, of the panel
+  std::vector<double> x, y;
+};
+
+std::vector<Patch> PatchesOf(const ScreenMap& map, const PanelCalibration& panel,
+                             const LensLattice& lattice) {
+  std::map<std::pair<long, long>, Patch> patches;
+  for (int y = 0; y < map.height(); ++y) {
+    for (int x = 0; x < map.width(); ++x) {
+      if (map.valid(x, y) == 0) continue;
+      const Vector2d seen(static_cast<double>(map.u_px(x, y)), static_cast<double>(map.v_px(x, y)));
+      const Vector2d centre = NearestLens(lattice, PanelPoint(panel, seen).head<2>());
+      const auto pixel = PanelPixel(panel, centre);
+      if (!pixel) continue;
+      Patch& patch = patches[{std::lround(8 * pixel->y()), std::lround(8 * pixel->x())}];
+      patch.lens_px = *pixel;
+      patch.x.push_back(x + 0.5);
+      patch.y.push_back(y + 0.5);
+    }
+  }
+  std::vector<Patch> all;
+  for (auto& [key, patch] : patches) all.push_back(std::move(patch));
+  return all;
+}
+
+struct SeenLens {
+  Vector2d lens_px, image_px;
+};
+
+// The middle of a patch without what lies far off it, wrong fringes of other lenses.
+SeenLens MiddleOf(const Patch& patch, double most_off_px) {
+  const Vector2d median(Median(patch.x), Median(patch.y));
+  Vector2d sum(0, 0);
+  double num = 0;
+  for (std::size_t i = 0; i < patch.x.size(); ++i) {
+    const Vector2d at(patch.x[i], patch.y[i]);
+    if ((at - median).cwiseAbs().maxCoeff() > most_off_px) continue;
+    sum += at;
+    num += 1;
+  }
+  return {patch.lens_px, sum / num};
+}
+
+// Whether a patch has neighbours on all sides that are seen themselves, by half at least: what lies
+// beside lenses that end at the dark was not decoded, so that their middle is off.
+bool IsEnclosed(const Patch& patch, const std::vector<Patch>& patches, double pitch_px,
+                std::size_t num_neighbours, double whole) {
+  std::size_t seen = 0;
+  for (const Patch& other : patches) {
+    if (static_cast<double>(other.x.size()) < 0.5 * whole) continue;
+    const double apart = (other.lens_px - patch.lens_px).norm();
+    if (apart > 0.5 * pitch_px && apart < 1.2 * pitch_px) ++seen;
+  }
+  return seen >= num_neighbours;
+}
+
+// Of lenses that are seen about as whole as most.
+std::vector<SeenLens> WholeLenses(const ScreenMap& map, const PanelCalibration& panel,
+                                  const LensLattice& lattice, double pitch_px) {
+  const std::vector<Patch> patches = PatchesOf(map, panel, lattice);
+  if (patches.size() < kFewestLenses) return {};
+  std::vector<double> sizes;
+  for (const Patch& patch : patches) sizes.push_back(static_cast<double>(patch.x.size()));
+  // Of all sizes the upper quartile: a rim of lenses is seen in part.
+  const auto whole = sizes.begin() + static_cast<std::ptrdiff_t>(3 * sizes.size() / 4);
+  std::nth_element(sizes.begin(), whole, sizes.end());
+  const std::size_t neighbours = lattice.type == LensLattice::Type::kHexagonal ? 6 : 4;
+  std::vector<SeenLens> lenses;
+  for (const Patch& patch : patches) {
+    if (static_cast<double>(patch.x.size()) < 0.75 * *whole) continue;
+    if (!IsEnclosed(patch, patches, pitch_px, neighbours, *whole)) continue;
+    lenses.push_back(MiddleOf(patch, std::sqrt(*whole)));
+  }
+  return lenses;
+}
+
+// What lenses are off the homography of all, px; nothing without one.
+std::vector<Vector2d> OffHomography(const std::vector<SeenLens>& lenses,
+                                    const Eigen::Matrix3d& homography) {
+  std::vector<Vector2d> off;
+  for (const SeenLens& lens : lenses) {
+    off.emplace_back(lens.image_px - (homography * lens.lens_px.homogeneous()).hnormalized());
+  }
+  return off;
+}
+
+// An affine field around a lens: its value there, and what its lenses are off it.
+struct LocalFit {
+  Vector2d value{0, 0};
+  double variance_share = 0;  // of the value, in variances of one lens
+  std::vector<double> squares;
+  double freedom = 0;
+};
+
+LocalFit FitAround(std::size_t number, const std::vector<SeenLens>& lenses,
+                   const std::vector<Vector2d>& off, double radius_px) {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
+  std::vector<std::pair<Vector3d, Vector2d>> rows;
+  for (std::size_t j = 0; j < lenses.size(); ++j) {
+    const Vector2d step = (lenses[j].lens_px - lenses[number].lens_px) / radius_px;
+    if (step.squaredNorm() > 1) continue;
+    rows.emplace_back(step.homogeneous(), off[j]);
+    information += rows.back().first * rows.back().first.transpose();
+    right += rows.back().first * off[j].transpose();
+  }
+  LocalFit fit;
+  fit.freedom = static_cast<double>(rows.size()) - 3;
+  const Eigen::LDLT<Eigen::Matrix3d> ldlt(information);
+  if (fit.freedom < 2 || !(information.determinant() > 1e-6)) return {};
+  const Eigen::Matrix<double, 3, 2> field = ldlt.solve(right);
+  fit.value = field.row(2).transpose();
+  fit.variance_share = ldlt.solve(Vector3d::UnitZ()).z();
+  for (const auto& [row, value] : rows) {
+    fit.squares.push_back((field.transpose() * row - value).squaredNorm() / 2);
+  }
+  return fit;
+}
+
+// Far enough apart to share no lens.
+bool IsApart(const Vector2d& at, const std::vector<Observation>& points, double distance_px) {
+  return std::all_of(points.begin(), points.end(), [&](const Observation& point) {
+    return (point.panel_px - at).norm() > distance_px;
+  });
+}
+
+}  // namespace
+
+std::vector<Observation> ObserveLenses(const ScreenMap& map, const PanelCalibration& panel,
+                                       const LensLattice& lattice) {
+  const double pitch_px = lattice.pitch_mm / (panel.pitch_mm * (1 + panel.scale));
+  const std::vector<SeenLens> lenses = WholeLenses(map, panel, lattice, pitch_px);
+  if (lenses.size() < kFewestLenses) return {};
+  Eigen::Matrix2Xd from(2, static_cast<Eigen::Index>(lenses.size())), to = from;
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    from.col(static_cast<Eigen::Index>(i)) = lenses[i].lens_px;
+    to.col(static_cast<Eigen::Index>(i)) = lenses[i].image_px;
+  }
+  const auto homography = FitHomography(from, to);
+  if (!homography) return {};
+  const std::vector<Vector2d> off = OffHomography(lenses, *homography);
+  const double radius_px = kAround * pitch_px;
+  std::vector<LocalFit> fits;
+  std::vector<double> variances;  // of one lens, by each fit
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    fits.push_back(FitAround(i, lenses, off, radius_px));
+    double sum = 0;
+    for (const double square : fits.back().squares) sum += square;
+    if (fits.back().freedom > 0) variances.push_back(sum / fits.back().freedom);
+  }
+  if (variances.empty()) return {};
+  const double variance = std::max(Median(variances), 1e-8);
+  const bool single = lenses.size() <= kMostSingle;
+  std::vector<Observation> points;
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    const LocalFit& fit = fits[i];
+    if (!(fit.freedom > 0)) continue;
+    const bool fits_in = (off[i] - fit.value).squaredNorm() < 2 * kMostOff * kMostOff * variance;
+    if (!fits_in) continue;
+    if (single) {
+      points.push_back(
+          {lenses[i].lens_px, lenses[i].image_px, variance * Eigen::Matrix2d::Identity()});
+    } else if (IsApart(lenses[i].lens_px, points, 2 * radius_px)) {
+      points.push_back({lenses[i].lens_px, lenses[i].image_px - off[i] + fit.value,
+                        variance * fit.variance_share * Eigen::Matrix2d::Identity()});
+    }
+  }
+  return points;
+}
+
+}  // namespace lamella

@@ -1,0 +1,169 @@
+#include "pipeline/solve_varifocal.h"
+
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "calibration/lens_sightings.h"
+#include "lightfield/error.h"
+#include "pipeline/calibration_set_up.h"
+#include "pipeline/capture/transforms_json.h"
+#include "pipeline/check_photos.h"
+#include "pipeline/observe_photos.h"
+
+namespace lamella {
+namespace fs = std::filesystem;
+namespace {
+
+// Views and their cameras by the photographs' file names.
+std::map<std::string, View> CamerasOf(const fs::path& file) {
+  if (file.empty()) {
+    throw UsageError("--cameras",
+                     "is missing: a varifocal display's planes have no known size, so "
+                     "poses in mm are needed",
+                     "give a transforms.json of the photographs, in the display's frame");
+  }
+  std::map<std::string, View> cameras;
+  for (View& view : ReadTransformsJson(file).views) {
+    const std::string name = view.image.filename().string();
+    cameras[name] = std::move(view);
+  }
+  return cameras;
+}
+
+// Of a lens in the list; adds one that is not there yet.
+int NumberOf(const Camera& camera, std::vector<VarifocalCamera>& cameras) {
+  const auto same = std::find_if(cameras.begin(), cameras.end(), [&](const VarifocalCamera& other) {
+    const Camera& known = *other.known;
+    return known.model == camera.model && known.width == camera.width &&
+           known.height == camera.height && known.fx == camera.fx && known.fy == camera.fy &&
+           known.cx == camera.cx && known.cy == camera.cy && known.distortion == camera.distortion;
+  });
+  if (same == cameras.end()) {
+    cameras.push_back(
+        {fmt::format("{}", cameras.size() + 1), camera.width, camera.height, 0, camera});
+    return static_cast<int>(cameras.size()) - 1;
+  }
+  return static_cast<int>(same - cameras.begin());
+}
+
+// Where the camera stood at every position, and its lens.
+void AddViews(const CheckedPhotos& checked, const std::map<std::string, View>& cameras,
+              const std::string& where, VarifocalObservations& observations) {
+  std::vector<const View*> found(static_cast<std::size_t>(checked.num_views), nullptr);
+  for (const CheckedPhoto& photo : checked.photos) {
+    const auto camera = cameras.find(photo.photo);
+    const View*& of_position = found[static_cast<std::size_t>(photo.view)];
+    if (camera != cameras.end() && of_position == nullptr) of_position = &camera->second;
+  }
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i] == nullptr) {
+      throw InputError(where, fmt::format("has no photograph of camera position {}", i + 1),
+                       "give a frame with the file name of one of its photographs");
+    }
+    const View& view = *found[i];
+    const int camera = NumberOf(view.camera, observations.cameras);
+    observations.views.push_back({fmt::format("{}", i + 1), camera, {}, view.camera_from_world});
+  }
+}
+
+void AddPlanes(const CheckedPhotos& checked, const Calibration& design, const fs::path& photos,
+               Progress& progress, VarifocalObservations& observations) {
+  const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
+  const auto num_planes = static_cast<std::int64_t>(checked.list.panels.size());
+  progress.Start("sinusoids", static_cast<std::int64_t>(checked.num_views) * num_planes, "planes");
+  for (int view = 0; view < checked.num_views; ++view) {
+    for (const CalibratedPanel& panel : checked.list.panels) {
+      const auto seen = DecodePanel(checked, folder, view, panel);
+      progress.Advance();
+      if (!seen) continue;
+      const LayerCalibration& layer = design.layers[static_cast<std::size_t>(panel.id.layer)];
+      observations.photos.push_back({panel.id.layer, view, seen->photo,
+                                     ObserveLenses(seen->map, layer.emitter, *layer.lattice)});
+    }
+  }
+}
+
+void AddWeaknesses(const std::vector<Weakness>& weaknesses, std::string& text) {
+  for (const Weakness& weakness : weaknesses) {
+    text += fmt::format("  {}\n    cure: {}\n", weakness.lost, weakness.cure);
+  }
+}
+
+}  // namespace
+
+SolvedVarifocal SolveVarifocalPhotos(const SolvePhotosOptions& options,
+                                     const fs::path& cameras_file, Progress& progress) {
+  const CalibrationSetUp set_up = LoadCalibrationSetUp(options.patterns, options.display);
+  const Calibration& design = set_up.design;
+  SolvedVarifocal solved;
+  solved.display = set_up.display;
+  for (const LayerCalibration& layer : design.layers) {
+    if (layer.lattice && layer.lattice->type != LensLattice::Type::kLine) continue;
+    throw UsageError(solved.display.name, "has planes without lenslets",
+                     "calibrate lenslets alone");
+  }
+  const std::map<std::string, View> cameras = CamerasOf(cameras_file);
+  const CheckedPhotos checked = CheckPhotos(
+      options.patterns, options.photos, [](const CheckedPhoto&, const std::string&) {}, progress);
+  CheckOneSize(checked);
+  VarifocalObservations observations;
+  AddViews(checked, cameras, cameras_file.string(), observations);
+  AddPlanes(checked, design, options.photos, progress, observations);
+  for (const CheckedPhoto& photo : checked.photos) {
+    if (!photo.good) solved.left_out.push_back(photo.photo + ": " + photo.verdict);
+  }
+  std::set<std::string> names;
+  for (const PlanePhoto& photo : observations.photos) names.insert(photo.photo);
+  solved.photos = HashPhotos(names, options.photos);
+  progress.Start("solution", 1, "calibration");
+  CalibrateVarifocalOptions calibrate;
+  calibrate.eye_box = CleanEyesOf(solved.display);
+  calibrate.display_from_frame = Rigid{};
+  solved.report = CalibrateVarifocal(observations, solved.display, calibrate);
+  const std::vector<std::string>& rejected = solved.report.rejected;
+  solved.left_out.insert(solved.left_out.end(), rejected.begin(), rejected.end());
+  progress.Advance();
+  return solved;
+}
+
+std::string DescribeVarifocal(const SolvedVarifocal& solved) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const VarifocalReport& report = solved.report;
+  std::string text =
+      report.accepted()
+          ? fmt::format("The planes of {} are known well enough.\n", solved.display.name)
+          : fmt::format("The planes of {} are not known well enough.\n", solved.display.name);
+  AddWeaknesses(report.failures, text);
+  text += fmt::format(
+      "chi^2 {:.3f} per degree of freedom, slip {:.4f} px, views over {:.1f} degrees\n"
+      "{}\n\n"
+      "planes: z mm, magnification, tilt x and y in degrees, each with its standard "
+      "deviation; chi^2\n",
+      report.chi2, report.slip_px, report.view_angles_deg, Describe(report.mirror));
+  for (std::size_t k = 0; k < report.planes.size(); ++k) {
+    const CalibratedPlane& plane = report.planes[k];
+    const Eigen::AngleAxisd turn(plane.display_from_plane.rotation);
+    const Eigen::Vector3d tilt = kDegrees * turn.angle() * turn.axis();
+    text += fmt::format(
+        "  {:>3} {:>10.4f} +- {:.4f} {:>9.6f} +- {:.6f} {:>8.4f} {:>8.4f} +- {:.4f} {:>7.3f}\n", k,
+        plane.display_from_plane.translation.z(), plane.depth_sd_mm, plane.magnification,
+        plane.magnification_sd, tilt.x(), tilt.y(), kDegrees * plane.tilt_sd_rad,
+        report.planes_fit[k].chi2);
+  }
+  text += "\nbeyond poses and magnifications\n";
+  for (const GroupVerdict& group : report.groups) {
+    text += fmt::format("  {}: {}, {}\n", group.group, group.freed ? "freed" : "as designed",
+                        group.reason);
+  }
+  if (!solved.left_out.empty()) text += "\nleft out\n";
+  for (const std::string& line : solved.left_out) text += fmt::format("  {}\n", line);
+  return text;
+}
+
+}  // namespace lamella

@@ -1,0 +1,160 @@
+// Lenses found in what a camera's pixels see of the panel behind them: lines of sight of
+// lightfield/panel_rays.h, pixel by pixel, against where the camera sees the lenses' centres.
+#include "calibration/lens_sightings.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "lightfield/camera.h"
+#include "lightfield/display.h"
+#include "lightfield/panel_rays.h"
+
+namespace lamella {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// A plane of lenses, magnified and turned a little, and its design.
+struct Sheet {
+  LayerCalibration design, truth;
+};
+
+Sheet SheetOf(int width_px, int height_px, bool mirrored) {
+  Display display;
+  display.width_px = width_px;
+  display.height_px = height_px;
+  display.pitch_mm = 0.32;
+  display.viewing_distance_mm = 400;
+  Layer layer;
+  layer.d0_mm = 5.8;
+  layer.mirror_x = mirrored;
+  layer.optics = LensletArray{};
+  display.layers = {layer};
+  Sheet sheet{DesignCalibration(display).layers[0], {}};
+  sheet.truth = sheet.design;
+  sheet.truth.emitter.scale = 0.01;
+  sheet.truth.lattice->pitch_mm *= 1.01;
+  sheet.truth.gap_mm *= 1.01 * 1.01;
+  sheet.truth.display_from_stack.rotation =
+      Eigen::AngleAxisd(0.02, Vector3d(0.3, 0.5, 1).normalized());
+  sheet.truth.display_from_stack.translation = {1, -2, 3};
+  return sheet;
+}
+
+Camera CameraFor(int width, double focal) {
+  Camera camera;
+  camera.width = width;
+  camera.height = width * 4 / 5;
+  camera.fx = camera.fy = focal;
+  camera.cx = width / 2.0;
+  camera.cy = camera.height / 2.0;
+  return camera;
+}
+
+// From 4 mm to the right, 420 mm away, looking along -z.
+Rigid Pose() {
+  Rigid pose;
+  pose.rotation = Eigen::AngleAxisd(std::acos(-1.0), Vector3d::UnitX());
+  pose.translation = -(pose.rotation * Vector3d(4, -3, 420));
+  return pose;
+}
+
+// What every pixel sees; pixels at seams between lenses, which see two, are not known.
+ScreenMap MapOf(const LayerCalibration& layer, const Camera& camera, const Rigid& pose) {
+  const int width = camera.width, height = camera.height;
+  ScreenMap map{
+      {width, height}, {width, height}, {width, height}, {width, height}, {width, height}};
+  const LayerSights sights(layer);
+  const auto seen = [&](double x, double y) {
+    const auto direction = Unproject(camera, {x, y});
+    return sights.Seen(Centre(pose), pose.rotation.inverse() * *direction)->emitter;
+  };
+  const auto inside = [&](const Vector2d& at) {
+    return at.minCoeff() >= 0 && at.x() < layer.emitter.width_px &&
+           at.y() < layer.emitter.height_px;
+  };
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Vector2d middle = seen(x + 0.5, y + 0.5);
+      bool whole = inside(middle);
+      for (int corner = 0; corner < 4; ++corner) {
+        whole = whole && (seen(x + corner % 2, y + corner / 2) - middle).norm() < 2;
+      }
+      map.u_px(x, y) = static_cast<float>(middle.x());
+      map.v_px(x, y) = static_cast<float>(middle.y());
+      map.valid(x, y) = whole ? 1 : 0;
+    }
+  }
+  return map;
+}
+
+// Where the camera sees a lens that is at a pixel of the designed panel.
+Vector2d Truth(const Sheet& sheet, const Vector2d& pixel, const Camera& camera, const Rigid& pose) {
+  const Vector3d at = PanelPoint(sheet.truth.emitter, pixel);
+  return *Project(camera, pose * (sheet.truth.display_from_stack * at));
+}
+
+struct Errors {
+  double rms_px = 0, normalised = 0;
+};
+
+Errors ErrorsOf(const std::vector<Observation>& points, const Sheet& sheet, const Camera& camera,
+                const Rigid& pose) {
+  Errors errors;
+  for (const Observation& point : points) {
+    const Vector2d off = point.image_px - Truth(sheet, point.panel_px, camera, pose);
+    errors.rms_px += off.squaredNorm() / 2;
+    errors.normalised += off.squaredNorm() / 2 / point.covariance_px2(0, 0);
+  }
+  const auto num = static_cast<double>(points.size());
+  return {std::sqrt(errors.rms_px / num), errors.normalised / num};
+}
+
+TEST(LensSightings, AreWhereTheCameraSeesTheLenses) {
+  for (const bool mirrored : {false, true}) {
+    const Sheet sheet = SheetOf(156, 124, mirrored);
+    const Camera camera = CameraFor(230, 1500);
+    const ScreenMap map = MapOf(sheet.truth, camera, Pose());
+    const auto points = ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice);
+    EXPECT_GT(points.size(), 55U);
+    const Errors errors = ErrorsOf(points, sheet, camera, Pose());
+    EXPECT_LT(errors.rms_px, 0.12);
+    EXPECT_GT(errors.normalised, 0.7);
+    EXPECT_LT(errors.normalised, 1.4);
+  }
+}
+
+TEST(LensSightings, OfManyAreMeansOfThoseAround) {
+  const Sheet sheet = SheetOf(468, 372, false);
+  const Camera camera = CameraFor(520, 1200);
+  ScreenMap map = MapOf(sheet.truth, camera, Pose());
+  const auto points = ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice);
+  EXPECT_GT(points.size(), 25U);
+  EXPECT_LT(points.size(), 120U);
+  const Errors errors = ErrorsOf(points, sheet, camera, Pose());
+  EXPECT_LT(errors.rms_px, 0.05);
+  EXPECT_GT(errors.normalised, 0.5);
+  EXPECT_LT(errors.normalised, 1.6);
+  // Wrong fringes in one pixel of a hundred.
+  std::mt19937 random(2);
+  for (std::size_t i = 0; i < map.u_px.size(); ++i) {
+    if (random() % 100 == 0) map.u_px.data()[i] += 16;
+  }
+  const auto robust = ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice);
+  EXPECT_LT(ErrorsOf(robust, sheet, camera, Pose()).rms_px, 0.05);
+}
+
+TEST(LensSightings, NeedLenses) {
+  const Sheet sheet = SheetOf(156, 124, false);
+  const Camera camera = CameraFor(230, 1500);
+  ScreenMap map = MapOf(sheet.truth, camera, Pose());
+  for (std::size_t i = 0; i < map.valid.size(); ++i) map.valid.data()[i] = 0;
+  EXPECT_TRUE(ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice).empty());
+}
+
+}  // namespace
+}  // namespace lamella

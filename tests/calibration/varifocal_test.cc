@@ -1,0 +1,357 @@
+// A varifocal display's planes from exact points with noise. The long form of the statistics:
+//   LAMELLA_TRIALS=100 build/release/tests/calibration_varifocal_test
+#include "calibration/varifocal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "lightfield/error.h"
+#include "lightfield/panel_rays.h"
+#include "tests/calibration/varifocal_scene.h"
+
+namespace lamella {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+int Trials(int short_form) {
+  const char* text = std::getenv("LAMELLA_TRIALS");
+  return text == nullptr ? short_form : std::atoi(text);
+}
+
+VarifocalReport Solved(const VarifocalScene& scene) {
+  CalibrateVarifocalOptions options;
+  options.display_from_frame = scene.display_from_frame;
+  return CalibrateVarifocal(scene.observations, scene.display, options);
+}
+
+std::string Failures(const VarifocalReport& report) {
+  std::string text;
+  for (const Weakness& weakness : report.failures) {
+    text += weakness.lost + "; " + weakness.cure + "\n";
+  }
+  return text;
+}
+
+// The worst errors and the RMS deviations stated, over the planes.
+struct Accuracy {
+  double depth_mm = 0, magnification = 0;
+  double depth_sd_mm = 0, magnification_sd = 0, tilt_sd_rad = 0;
+};
+
+Accuracy AccuracyOf(const VarifocalReport& report, const VarifocalScene& scene) {
+  Accuracy accuracy;
+  const auto num = static_cast<double>(report.planes.size());
+  for (std::size_t k = 0; k < report.planes.size(); ++k) {
+    const PlaneNumbers errors = ErrorsOf(report.planes[k], scene.planes[k]);
+    accuracy.depth_mm = std::max(accuracy.depth_mm, std::abs(errors(5)));
+    accuracy.magnification = std::max(accuracy.magnification, std::abs(errors(6)));
+    accuracy.depth_sd_mm += report.planes[k].depth_sd_mm / num;
+    accuracy.magnification_sd += report.planes[k].magnification_sd / num;
+    accuracy.tilt_sd_rad += report.planes[k].tilt_sd_rad / num;
+  }
+  return accuracy;
+}
+
+Accuracy Measured(const char* name, const VarifocalSceneOptions& options) {
+  const VarifocalScene scene = MakeVarifocalScene(options);
+  const VarifocalReport report = Solved(scene);
+  const Accuracy accuracy = AccuracyOf(report, scene);
+  fmt::print(
+      "{}, {} planes, {} views within {} degrees: depth {:.4f} mm, magnification {:.1e} at worst; "
+      "stated: {:.4f} mm, {:.2e}, tilt {:.4f} degrees, correlation {:.2f}; tau {:.4f} px, chi^2 "
+      "{:.3f}\n",
+      name, options.num_planes, options.num_views, options.angle_deg, accuracy.depth_mm,
+      accuracy.magnification, accuracy.depth_sd_mm, accuracy.magnification_sd,
+      accuracy.tilt_sd_rad * 180 / std::numbers::pi, report.planes[0].depth_with_magnification,
+      report.slip_px, report.chi2);
+  EXPECT_TRUE(report.accepted()) << name << ": " << Failures(report);
+  EXPECT_THAT(report.rejected, IsEmpty());
+  EXPECT_LT(accuracy.depth_mm, 0.03) << name;
+  EXPECT_LT(accuracy.magnification, 1e-4) << name;
+  for (const GroupVerdict& verdict : report.groups) EXPECT_FALSE(verdict.freed) << verdict.group;
+  return accuracy;
+}
+
+TEST(Varifocal, KnowsEveryPlaneWherePosesAreKnown) {
+  VarifocalSceneOptions options;
+  options.known_poses = true;
+  options.sheet = false;
+  const Accuracy accuracy = Measured("poses known", options);
+  // calibration.md section 3, of a scene of which it does not say all: 0.0054 mm, 1.1e-5, 0.007
+  // degrees.
+  EXPECT_NEAR(accuracy.depth_sd_mm, 0.0054, 0.25 * 0.0054);
+  EXPECT_NEAR(accuracy.magnification_sd, 1.1e-5, 0.25 * 1.1e-5);
+}
+
+TEST(Varifocal, KnowsEveryPlaneFromTheSheetOfItsFrame) { Measured("poses from the sheet", {}); }
+
+TEST(Varifocal, KnowsEveryPlaneWithACameraThatIsSolvedAsWell) {
+  VarifocalSceneOptions options;
+  options.num_planes = 5;
+  options.known_camera = false;
+  options.num_sheet_views = 8;
+  Measured("camera and poses from the sheet", options);
+}
+
+// Errors over what is stated of them, pooled over planes and trials.
+double NormalisedError(VarifocalSceneOptions options, int trials) {
+  double sum = 0, num = 0;
+  for (int i = 0; i < trials; ++i) {
+    options.seed = 100 + static_cast<std::uint32_t>(i);
+    const VarifocalScene scene = MakeVarifocalScene(options);
+    const VarifocalReport report = Solved(scene);
+    for (std::size_t k = 0; k < report.planes.size(); ++k) {
+      const PlaneNumbers errors = ErrorsOf(report.planes[k], scene.planes[k]);
+      sum += errors.dot(report.planes[k].covariance.ldlt().solve(errors)) / 7;
+      num += 1;
+    }
+  }
+  return sum / num;
+}
+
+TEST(Varifocal, SaysHowUncertainItIs) {
+  VarifocalSceneOptions options;
+  options.num_planes = 4;
+  options.columns = 6;
+  options.rows = 5;
+  for (const double slip : {0.0, 0.05}) {
+    options.slip_px = slip;
+    const double normalised = NormalisedError(options, Trials(3));
+    fmt::print("slips of {} px, {} trials: normalised error {:.3f}\n", slip, Trials(3), normalised);
+    EXPECT_GT(normalised, Trials(3) >= 50 ? 0.8 : 0.5);
+    EXPECT_LT(normalised, Trials(3) >= 50 ? 1.25 : 1.6);
+  }
+}
+
+VarifocalSceneOptions Few() {
+  VarifocalSceneOptions options;
+  options.num_planes = 3;
+  return options;
+}
+
+std::string Refusal(const VarifocalScene& scene) {
+  try {
+    return Failures(Solved(scene));
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+TEST(Varifocal, RefusesByNameWhatPhotographsDoNotSettle) {
+  VarifocalSceneOptions options = Few();
+  options.num_views = 1;
+  EXPECT_THAT(Refusal(MakeVarifocalScene(options)),
+              HasSubstr("plane 0 is seen from 1 camera position with enough points: its depth "
+                        "can't be told from its magnification"));
+  options = Few();
+  options.angle_deg = 1;
+  EXPECT_THAT(Refusal(MakeVarifocalScene(options)),
+              AllOf(HasSubstr("depth and magnification of 3 planes"),
+                    HasSubstr("the views span 2.0 degrees; photograph every plane from 12")));
+  options = Few();
+  options.sheet = false;
+  EXPECT_THAT(Refusal(MakeVarifocalScene(options)), HasSubstr("nothing gives lengths"));
+  options = Few();
+  options.num_views = 2;
+  options.angle_deg = 1;
+  options.known_camera = false;
+  EXPECT_THAT(Refusal(MakeVarifocalScene(options)),
+              AllOf(HasSubstr("camera body focal"), HasSubstr("calibrate the camera beforehand")));
+}
+
+TEST(Varifocal, RefusesByNameWhatIsNotThere) {
+  VarifocalScene scene = MakeVarifocalScene(Few());
+  VarifocalScene other = scene;
+  std::erase_if(other.observations.photos,
+                [](const PlanePhoto& photo) { return photo.plane == 1; });
+  EXPECT_THAT(Refusal(other), HasSubstr("plane 1 is in no photograph"));
+  other = scene;
+  other.observations.photos[0].plane = 7;
+  EXPECT_THAT(Refusal(other), HasSubstr("shows plane 7, display varifocal has 3"));
+  other = scene;
+  other.display.varifocal.reset();
+  EXPECT_THAT(Refusal(other), HasSubstr("has no [varifocal] planes"));
+  other = scene;
+  for (Layer& layer : other.display.layers) layer.mirror_x = true;
+  EXPECT_THAT(Refusal(other), HasSubstr("plane 0 is mirrored"));
+  other = scene;
+  other.observations.photos[1].points[2].image_px.x() = NAN;
+  EXPECT_THAT(Refusal(other), HasSubstr("has a point that is not finite"));
+  other = scene;
+  other.observations.views[2].marks.resize(3);
+  EXPECT_THAT(Solved(other).rejected,
+              testing::Contains(HasSubstr("view 2: 3 marks of the frame's sheet do not say")));
+}
+
+TEST(Varifocal, ToleratesWrongPointsAndPhotographs) {
+  VarifocalScene scene = MakeVarifocalScene(Few());
+  std::mt19937 random(5);
+  for (PlanePhoto& photo : scene.observations.photos) {
+    for (Observation& point : photo.points) {
+      if (random() % 10 < 2) point.image_px.x() += static_cast<double>(random() % 30);
+    }
+  }
+  // Two planes of one view are mixed up.
+  std::swap(scene.observations.photos[0].points, scene.observations.photos[1].points);
+  const VarifocalReport report = Solved(scene);
+  EXPECT_TRUE(report.accepted()) << Failures(report);
+  EXPECT_EQ(report.rejected.size(), 2U);
+  const Accuracy accuracy = AccuracyOf(report, scene);
+  EXPECT_LT(accuracy.depth_mm, 0.03);
+  EXPECT_LT(accuracy.magnification, 1e-4);
+}
+
+TEST(Varifocal, FreesBowAndPincushionOnlyWherePlanesHaveThem) {
+  const auto freed = [](double bow_mm, double pincushion) {
+    VarifocalSceneOptions options = Few();
+    options.columns = 7;
+    options.rows = 6;
+    options.known_poses = true;
+    options.sheet = false;
+    options.bow_mm = bow_mm;
+    options.pincushion = pincushion;
+    const VarifocalScene scene = MakeVarifocalScene(options);
+    const VarifocalReport report = Solved(scene);
+    EXPECT_TRUE(report.accepted()) << Failures(report);
+    std::string names;
+    for (const GroupVerdict& verdict : report.groups) {
+      EXPECT_FALSE(verdict.reason.empty());
+      if (verdict.freed) names += verdict.group + " ";
+    }
+    EXPECT_NEAR(report.planes[1].bow_mm, bow_mm, 0.1);
+    EXPECT_NEAR(report.planes[1].pincushion, pincushion, 3e-4);
+    const Accuracy accuracy = AccuracyOf(report, scene);
+    EXPECT_LT(accuracy.depth_mm, 0.05);
+    EXPECT_LT(accuracy.magnification, 2e-4);
+    return names;
+  };
+  EXPECT_EQ(freed(0, 0), "");
+  EXPECT_EQ(freed(1, 0), "bow ");
+  EXPECT_EQ(freed(0, 0.005), "pincushion ");
+  EXPECT_THAT(freed(1, 0.005), AllOf(HasSubstr("bow"), HasSubstr("pincushion")));
+}
+
+TEST(Varifocal, DoesNotDependOnTheOrderOfPhotographs) {
+  const VarifocalScene scene = MakeVarifocalScene(Few());
+  VarifocalScene other = scene;
+  std::reverse(other.observations.photos.begin(), other.observations.photos.end());
+  const VarifocalReport a = Solved(scene), b = Solved(other);
+  for (std::size_t k = 0; k < a.planes.size(); ++k) {
+    EXPECT_EQ(a.planes[k].display_from_plane.translation,
+              b.planes[k].display_from_plane.translation);
+    EXPECT_EQ(a.planes[k].magnification, b.planes[k].magnification);
+  }
+}
+
+TEST(Varifocal, IsALayerForEveryPlane) {
+  VarifocalSceneOptions options = Few();
+  const VarifocalScene scene = MakeVarifocalScene(options);
+  const VarifocalReport report = Solved(scene);
+  ASSERT_EQ(report.calibration.layers.size(), 3U);
+  Check(report.calibration, "calibration");
+  for (std::size_t k = 0; k < 3; ++k) {
+    const LayerCalibration& layer = report.calibration.layers[k];
+    const VarifocalScene::Plane& truth = scene.planes[k];
+    const double m = truth.magnification;
+    // A corner of the panel, by hand.
+    const Eigen::Vector3d corner(-512 * 0.1631 * m, 384 * 0.1631 * m, 0);
+    const Eigen::Vector3d is = layer.display_from_stack * PanelPoint(layer.emitter, {0, 0});
+    EXPECT_LT((is - truth.display_from_plane * corner).norm(), 0.04);
+    EXPECT_NEAR(layer.gap_mm, 2.92 * m * m, 2.92 * 2.5e-4);
+    EXPECT_NEAR(layer.lattice->pitch_mm, 13 * 0.1631 * m, 3e-4);
+  }
+  // Without the sheet's place the planes are laid over the design: their middle is its middle.
+  const VarifocalReport laid = CalibrateVarifocal(scene.observations, scene.display);
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const CalibratedPlane& plane : laid.planes) middle += plane.display_from_plane.translation;
+  EXPECT_LT(middle.norm() / 3, 1e-9);
+}
+
+TEST(Varifocal, SaysWhetherThePlanesFollowTheMirror) {
+  VarifocalSceneOptions options;
+  options.num_planes = 8;
+  options.known_poses = true;
+  options.sheet = false;
+  VarifocalReport report = Solved(MakeVarifocalScene(options));
+  EXPECT_TRUE(report.mirror.tested);
+  EXPECT_TRUE(report.mirror.holds) << Describe(report.mirror);
+  EXPECT_EQ(report.mirror.harmonics, 1);
+  EXPECT_TRUE(report.mirror.relay_holds);
+  EXPECT_NEAR(1 / report.mirror.relay_power_per_mm, 400, 5);
+  EXPECT_THAT(Describe(report.mirror), HasSubstr("the planes follow the mirror with 1 harmonic"));
+  options.wobble_mm = 0.2;
+  report = Solved(MakeVarifocalScene(options));
+  EXPECT_TRUE(report.accepted()) << Failures(report);
+  EXPECT_FALSE(report.mirror.holds) << Describe(report.mirror);
+  EXPECT_GT(report.mirror.depth_rms_mm, 0.03);
+  EXPECT_THAT(Describe(report.mirror), HasSubstr("the planes do not follow the mirror"));
+}
+
+TEST(MirrorModel, HasPhasesOfAMembrane) {
+  Varifocal varifocal;
+  varifocal.planes = 4;
+  varifocal.spacing = Varifocal::Spacing::kSinusoidal;
+  const std::vector<double> phases = MirrorPhases(varifocal);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_NEAR(phases[static_cast<std::size_t>(k)], std::numbers::pi * (k + 0.5) / 4, 1e-12);
+  }
+  varifocal.spacing = Varifocal::Spacing::kUniform;
+  const std::vector<double> uniform = MirrorPhases(varifocal);
+  EXPECT_NEAR(uniform[0], std::numbers::pi / 8, 1e-12);
+  EXPECT_NEAR(std::cos(uniform[1]), std::cos(std::numbers::pi / 8) / 3, 1e-12);
+}
+
+// Numbers with a second harmonic and noise of which the covariance is known, correlated.
+TEST(MirrorModel, FindsTheHarmonicsAndTheirProbability) {
+  constexpr int kPlanes = 24;
+  Varifocal varifocal;
+  varifocal.planes = kPlanes;
+  const std::vector<double> phases = MirrorPhases(varifocal);
+  const Eigen::MatrixXd root = [] {
+    Eigen::MatrixXd r = Eigen::MatrixXd::Identity(7 * kPlanes, 7 * kPlanes);
+    for (int k = 0; k < kPlanes; ++k) {
+      for (int i = 0; i < 7; ++i) r(7 * k + i, i) += 0.7;  // what all have from common views
+      r(7 * k + 6, 7 * k + 5) += 0.8;
+    }
+    return Eigen::MatrixXd(0.01 * r);
+  }();
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  double chi2 = 0, freedom = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    Eigen::VectorXd noise(7 * kPlanes);
+    for (double& number : noise) number = normal(random);
+    noise = root * noise;
+    std::vector<PlaneNumbers> numbers;
+    for (std::size_t k = 0; k < kPlanes; ++k) {
+      numbers.emplace_back(noise.segment<7>(7 * static_cast<Eigen::Index>(k)));
+      numbers.back()(5) += -90 * std::cos(phases[k]) + 0.5 * std::cos(2 * phases[k]);
+    }
+    const MirrorModel model = FitMirrorModel(numbers, root * root.transpose(), phases);
+    EXPECT_EQ(model.harmonics, 2);
+    EXPECT_TRUE(model.holds);
+    EXPECT_EQ(model.freedom, 7 * (kPlanes - 3));
+    chi2 += model.chi2;
+    freedom += model.freedom;
+    numbers[7](5) += 0.3;
+    const MirrorModel off = FitMirrorModel(numbers, root * root.transpose(), phases);
+    EXPECT_FALSE(off.holds);
+    EXPECT_EQ(off.worst_plane, 7);
+    EXPECT_NEAR(off.worst_depth_mm, 0.3, 0.1);
+  }
+  EXPECT_NEAR(chi2 / freedom, 1, 0.05);
+}
+
+}  // namespace
+}  // namespace lamella
