@@ -30,7 +30,7 @@ void Interpolate(const std::array<Eigen::Vector2d, 4>& knots, int step, int begi
       return outer * ((one + t) * knot(3) - (t - two) * knot(0)) / constant(6) +
              inner * ((t - one) * knot(1) - t * knot(2)) / two;
     };
-    const auto at = static_cast<std::size_t>(begin + i);
+    const auto at = static_cast<std::size_t>(begin) + static_cast<std::size_t>(i);
     hn::StoreU(cubic(0), d, row.x.data() + at);
     hn::StoreU(cubic(1), d, row.y.data() + at);
   }
