@@ -12,8 +12,8 @@
 //   gates.h          what the residuals say against the solution
 //   residual_map.h   where on its panels it fits; next_view.h: from where to photograph next
 //
-// Lens sheets are a problem of their own: lattice.h. calibration.md has the measurements behind each
-// choice.
+// Lens sheets are a problem of their own: lattice.h. calibration.md has the measurements behind
+// each choice.
 #pragma once
 
 #include <optional>

@@ -21,7 +21,8 @@ struct PhaseSeries {
 std::string NameOf(const PhaseSeries& series);  // "u_0016"
 
 // N = 8 at T = 16 px, N = 4 at T = 128 and, where a panel of this size does not fit into that, at
-// T = 2048 and on by at most 16 up to a period that it fits into; u first, each from fine to coarse.
+// T = 2048 and on by at most 16 up to a period that it fits into; u first, each from fine to
+// coarse.
 std::vector<PhaseSeries> PhaseSeriesOf(int width_px, int height_px);
 
 // Codes of a panel with an sRGB response. Light from 0.02 to 0.98.
