@@ -66,6 +66,7 @@ struct LatticeReport {
   int num_samples = 0, num_used = 0;   // used: within 4.7 deviations of the lattice
   double noise_px = 0;                 // robust standard deviation of a sample about the lattice
   double chi2 = 0;                     // its square, in the samples' own deviations
+  int num_views = 0;                   // with samples
   std::vector<double> apart_mm;        // cameras, the farthest two, across each family of lenses
   // Where not empty the lattice is not to be used.
   std::vector<Weakness> failures;

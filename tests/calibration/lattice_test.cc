@@ -180,7 +180,7 @@ TEST(Lattice, RefusesSamplesThatMakeNoSense) {
   };
   EXPECT_THAT(refusal([](auto& seen) { seen.samples[7].view = 2; }), HasSubstr("sample 7"));
   EXPECT_THAT(refusal([](auto& seen) { seen.samples[3].sigma_px.x() = 0; }), HasSubstr("sample 3"));
-  EXPECT_THAT(refusal([](auto& seen) { seen.samples[0].panel_px.y() = NAN; }),
+  EXPECT_THAT(refusal([](auto& seen) { seen.samples[0].panel_px.y() = std::nan(""); }),
               HasSubstr("sample 0"));
   EXPECT_THAT(refusal([](auto& seen) { seen.eyes_mm[1].z() = -1; }),
               HasSubstr("a camera does not stand before it"));

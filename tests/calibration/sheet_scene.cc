@@ -103,8 +103,9 @@ double DriftOf(const LayerCalibration& layer, const Sheet& truth) {
   const Vector2d across(std::cos(truth.rotation), std::sin(truth.rotation));
   double most = 0;
   for (int place = 0; place < 9; ++place) {
-    const Vector2d corner(kSheetWidth * kSheetPixel / 2 * (place % 3 - 1),
-                          kSheetHeight * kSheetPixel / 2 * (place / 3 - 1));
+    const int column = place % 3 - 1, row = place / 3 - 1;
+    const Vector2d corner(kSheetWidth * kSheetPixel / 2 * column,
+                          kSheetHeight * kSheetPixel / 2 * row);
     const Vector2d lens = truth.NearestCentre(corner);
     for (const double x : {-120.0, 0.0, 120.0}) {
       for (const double y : {-120.0, 0.0, 120.0}) {
