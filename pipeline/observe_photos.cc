@@ -84,7 +84,7 @@ std::optional<DecodedPanel> DecodePanel(const CheckedPhotos& checked, const fs::
   capture.black = image->span();
   capture.width_px = panel.size.width_px;
   capture.height_px = panel.size.height_px;
-  if (checked.list.planes_in_turn) capture.erosion_px = 1;
+  capture.through_lenses = checked.list.planes_in_turn;
   return DecodedPanel{DecodePhase(capture), photos->front()->photo};
 }
 
