@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <string>
@@ -201,7 +202,7 @@ TEST(Varifocal, RefusesByNameWhatIsNotThere) {
   for (Layer& layer : other.display.layers) layer.mirror_x = true;
   EXPECT_THAT(Refusal(other), HasSubstr("plane 0 is mirrored"));
   other = scene;
-  other.observations.photos[1].points[2].image_px.x() = NAN;
+  other.observations.photos[1].points[2].image_px.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(Refusal(other), HasSubstr("has a point that is not finite"));
   other = scene;
   other.observations.views[2].marks.resize(3);
