@@ -20,6 +20,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kFewestLenses = 12, kMostSingle = 400;
 constexpr double kAround = 2.1;  // lens pitches: 19 lenses of a hexagonal sheet, 13 of a square one
 constexpr double kMostOff = 4;   // deviations
+constexpr double kMostSpreadPx = 1;  // of the panel, seen through one lens
 
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -29,8 +30,23 @@ double Median(std::vector<double> values) {
 
 // The photograph's pixels that see one lens.
 struct Patch {
-  Vector2d lens_px;  // its centre, of the panel
-  std::vector<double> x, y;
+  Vector2d lens_px;          // its centre, of the panel
+  std::vector<double> x, y;  // of the pixels
+  std::vector<double> u, v;  // that they see
+
+  // Takes out pixels that see anything but what most do: wrong fringes, and seams that see two
+  // lenses. Seams are as wide to all sides.
+  void KeepWhatAgrees() {
+    const double u0 = Median(u), v0 = Median(v);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (std::max(std::abs(u[i] - u0), std::abs(v[i] - v0)) > kMostSpreadPx) continue;
+      x[kept] = x[i];
+      y[kept++] = y[i];
+    }
+    x.resize(kept);
+    y.resize(kept);
+  }
 };
 
 std::vector<Patch> PatchesOf(const ScreenMap& map, const PanelCalibration& panel,
@@ -47,10 +63,15 @@ std::vector<Patch> PatchesOf(const ScreenMap& map, const PanelCalibration& panel
       patch.lens_px = *pixel;
       patch.x.push_back(x + 0.5);
       patch.y.push_back(y + 0.5);
+      patch.u.push_back(seen.x());
+      patch.v.push_back(seen.y());
     }
   }
   std::vector<Patch> all;
-  for (auto& [key, patch] : patches) all.push_back(std::move(patch));
+  for (auto& [key, patch] : patches) {
+    patch.KeepWhatAgrees();
+    all.push_back(std::move(patch));
+  }
   return all;
 }
 

@@ -17,6 +17,7 @@ constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kLeastModulation = 15, kLeastContrast = 10;  // sigma
 constexpr double kLeastFaintModulation = 3;
 constexpr double kMostNumber = 0.95;
+constexpr int kErosionPx = 3;
 constexpr double kMostOffPlane = 4;  // sigma
 constexpr std::int64_t kGrainRows = 16;
 
@@ -291,7 +292,7 @@ ScreenMap DecodePhase(const PhaseCapture& capture, const std::optional<SensorNoi
       }
     }
   });
-  const Image<std::uint8_t> inside = Eroded(lit, capture.erosion_px);
+  const Image<std::uint8_t> inside = Eroded(lit, capture.through_lenses ? 1 : kErosionPx);
   ScreenMap map{
       {width, height}, {width, height}, {width, height}, {width, height}, {width, height}};
   Image<std::uint8_t> known(width, height);
@@ -310,6 +311,7 @@ ScreenMap DecodePhase(const PhaseCapture& capture, const std::optional<SensorNoi
     }
   });
   map.valid = known.Clone();
+  if (capture.through_lenses) return map;
   KeepWhatLiesInPlane(map.u_px, map.sigma_u, known, map.valid);
   KeepWhatLiesInPlane(map.v_px, map.sigma_v, known, map.valid);
   return map;

@@ -27,14 +27,15 @@ struct PhaseCapture {
   std::vector<PhasePhotos> series;
   ImageSpan<const float> white, black;
   int width_px = 0, height_px = 0;  // of the panel
-  // Pixels as near to one without enough light or modulation are left out, too. Less where seams
-  // between lenses are such everywhere.
-  int erosion_px = 3;
+  // Seen through lenses (lens_sightings.h): seams between them are everywhere, and within them what
+  // is seen is flat. Pixels are left out within 1 px of any without enough light, not 3, and their
+  // neighbours' plane is not asked for.
+  bool through_lenses = false;
 };
 
 // I_k = A + B cos(phi - 2 pi k/N), phi = 2 pi u/T; every period is unwrapped by the next coarser
 // one, with sigma_u = T/(2 pi) sqrt(2/N) sigma_I/B of the finest. Valid are pixels whose
-// modulation, contrast and exposure suffice (15 sigma, 10 sigma, 0.95; erosion_px from any that
+// modulation, contrast and exposure suffice (15 sigma, 10 sigma, 0.95; 3 px from any that
 // does not), whose periods agree within a quarter of the finer one, and which lie in their
 // neighbours' plane within 4 sigma (calibration.md section 4). The noise, where it is not given, is
 // that of the finest series about its sinusoid. InputError where an axis or a step is absent, the

@@ -34,8 +34,8 @@ struct Plane {
 };
 
 Vector2d PixelOf(const PanelCalibration& panel, int number) {
-  return {number % kColumns / (kColumns - 1.0) * panel.width_px,
-          number / kColumns / (kRows - 1.0) * panel.height_px};
+  const int row = number / kColumns, column = number % kColumns;
+  return {column / (kColumns - 1.0) * panel.width_px, row / (kRows - 1.0) * panel.height_px};
 }
 
 // A plane's columns: 7, then bow and pincushion, -1 where they are held.

@@ -102,7 +102,7 @@ Rigid PoseOf(const VarifocalView& view, const Camera& camera) {
   if (view.camera_from_frame) return *view.camera_from_frame;
   const auto homography = NormalisedHomography(MarksOf(view), camera);
   if (!homography) return {};  // left out already
-  const Rigid camera_from_frame = PoseOfHomography(*homography);
+  Rigid camera_from_frame = PoseOfHomography(*homography);
   if (Centre(camera_from_frame).z() > 0) return camera_from_frame;
   throw InputError(kWhere, fmt::format("the marks of view {} are mirrored", view.name),
                    "number the sheet's marks with x to the right and y up, as they are printed");
@@ -198,7 +198,8 @@ Grid GridOf(const std::vector<const PlanePhoto*>& photos, const PanelCalibration
   }
   Grid grid = Grid::Zero();
   for (int i = 0; i < 9; ++i) {
-    const Vector2d share(i % 3 / 2.0, i / 3 / 2.0);
+    const int row = i / 3;
+    const Vector2d share(i % 3 / 2.0, row / 2.0);
     grid.col(i).head<2>() = low + share.cwiseProduct(high - low);
   }
   return grid;

@@ -36,7 +36,7 @@ std::optional<DecodedPanel> DecodePanel(const CheckedPhotos& checked, const fs::
                                         int view, const CalibratedPanel& panel) {
   auto photos = ReadPhasePhotos(checked, folder, view, panel, ReadLuminance);
   if (!photos) return std::nullopt;
-  if (checked.list.planes_in_turn) photos->capture.erosion_px = 1;
+  photos->capture.through_lenses = checked.list.planes_in_turn;
   return DecodedPanel{DecodePhase(photos->capture), photos->names.front()};
 }
 

@@ -81,8 +81,10 @@ ScreenMap MapOf(const LayerCalibration& layer, const Camera& camera, const Rigid
     for (int x = 0; x < width; ++x) {
       const Vector2d middle = seen(x + 0.5, y + 0.5);
       bool whole = inside(middle);
-      for (int corner = 0; corner < 4; ++corner) {
-        whole = whole && (seen(x + corner % 2, y + corner / 2) - middle).norm() < 2;
+      for (const int below : {0, 1}) {
+        for (const int right : {0, 1}) {
+          whole = whole && (seen(x + right, y + below) - middle).norm() < 2;
+        }
       }
       map.u_px(x, y) = static_cast<float>(middle.x());
       map.v_px(x, y) = static_cast<float>(middle.y());

@@ -142,8 +142,9 @@ void AddPlanePhotos(const VarifocalSceneOptions& options, int view, VarifocalSce
     PlanePhoto photo{k, view, "plane" + std::to_string(k) + "_view" + std::to_string(view), {}};
     const Vector2d slip = dice.Normal2(options.slip_px);
     for (int i = 0; i < options.columns * options.rows; ++i) {
-      const Vector2d pixel((i % options.columns + 0.5) * kWidthPx / options.columns,
-                           (i / options.columns + 0.5) * kHeightPx / options.rows);
+      const int row = i / options.columns, column = i % options.columns;
+      const Vector2d pixel((column + 0.5) * kWidthPx / options.columns,
+                           (row + 0.5) * kHeightPx / options.rows);
       const auto seen = Project(
           scene.camera, pose * PointOf(scene.planes[static_cast<std::size_t>(k)], pixel, options));
       if (!seen) continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <string>
@@ -14,6 +15,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibration/varifocal_start.h"
 #include "lightfield/error.h"
 #include "lightfield/panel_rays.h"
 #include "tests/calibration/varifocal_scene.h"
@@ -27,6 +29,12 @@ using ::testing::IsEmpty;
 int Trials(int short_form) {
   const char* text = std::getenv("LAMELLA_TRIALS");
   return text == nullptr ? short_form : std::atoi(text);
+}
+
+VarifocalSceneOptions Few() {
+  VarifocalSceneOptions options;
+  options.num_planes = 3;
+  return options;
 }
 
 VarifocalReport Solved(const VarifocalScene& scene) {
@@ -94,6 +102,20 @@ TEST(Varifocal, KnowsEveryPlaneWherePosesAreKnown) {
   EXPECT_NEAR(accuracy.magnification_sd, 1.1e-5, 0.25 * 1.1e-5);
 }
 
+TEST(Varifocal, TellsDepthFromMagnificationByTheViewsAnglesOnly) {
+  VarifocalSceneOptions options = Few();
+  options.known_poses = true;
+  options.sheet = false;
+  options.angle_deg = 4;
+  const VarifocalReport report = Solved(MakeVarifocalScene(options));
+  const CalibratedPlane& plane = report.planes[1];
+  fmt::print("within 4 degrees: depth sd {:.4f} mm, magnification {:.1e}, correlation {:.2f}\n",
+             plane.depth_sd_mm, plane.magnification_sd, plane.depth_with_magnification);
+  // calibration.md: 0.012 mm, correlation 0.84 in size.
+  EXPECT_NEAR(plane.depth_sd_mm, 0.012, 0.25 * 0.012);
+  EXPECT_LT(plane.depth_with_magnification, -0.6);
+}
+
 TEST(Varifocal, KnowsEveryPlaneFromTheSheetOfItsFrame) { Measured("poses from the sheet", {}); }
 
 TEST(Varifocal, KnowsEveryPlaneWithACameraThatIsSolvedAsWell) {
@@ -132,12 +154,6 @@ TEST(Varifocal, SaysHowUncertainItIs) {
     EXPECT_GT(normalised, Trials(3) >= 50 ? 0.8 : 0.5);
     EXPECT_LT(normalised, Trials(3) >= 50 ? 1.25 : 1.6);
   }
-}
-
-VarifocalSceneOptions Few() {
-  VarifocalSceneOptions options;
-  options.num_planes = 3;
-  return options;
 }
 
 std::string Refusal(const VarifocalScene& scene) {
@@ -186,7 +202,7 @@ TEST(Varifocal, RefusesByNameWhatIsNotThere) {
   for (Layer& layer : other.display.layers) layer.mirror_x = true;
   EXPECT_THAT(Refusal(other), HasSubstr("plane 0 is mirrored"));
   other = scene;
-  other.observations.photos[1].points[2].image_px.x() = NAN;
+  other.observations.photos[1].points[2].image_px.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(Refusal(other), HasSubstr("has a point that is not finite"));
   other = scene;
   other.observations.views[2].marks.resize(3);
@@ -296,6 +312,82 @@ TEST(Varifocal, SaysWhetherThePlanesFollowTheMirror) {
   EXPECT_FALSE(report.mirror.holds) << Describe(report.mirror);
   EXPECT_GT(report.mirror.depth_rms_mm, 0.03);
   EXPECT_THAT(Describe(report.mirror), HasSubstr("the planes do not follow the mirror"));
+}
+
+// Half the sum of squares, with the slips' prior.
+double HalfCost(const VarifocalState& state, const std::vector<PanelCalibration>& planes,
+                const VarifocalObservations& observations, double slip_sd_px) {
+  double sum = 0;
+  for (const auto& photo : WhitenedResiduals(state, planes, observations)) {
+    sum += photo.squaredNorm();
+  }
+  for (const Eigen::Vector2d& slip : state.slips_px) {
+    sum += slip.squaredNorm() / (slip_sd_px * slip_sd_px);
+  }
+  return sum / 2;
+}
+
+void MovePose(Rigid& pose, int number, double step) {
+  if (number >= 3) {
+    pose.translation(number - 3) += step;
+  } else {
+    pose.rotation = Eigen::AngleAxisd(step, Eigen::Vector3d::Unit(number)) * pose.rotation;
+  }
+}
+
+// One step along a column, written down anew.
+VarifocalState Stepped(VarifocalState state, const VarifocalColumns& columns, int column,
+                       double step) {
+  const Columns& common = columns.common;
+  const auto within = [&](int first, int num) { return column >= first && column < first + num; };
+  if (within(common.camera[0], 8)) state.cameras[0](column - common.camera[0]) += step;
+  for (std::size_t k = 0; k < state.planes.size(); ++k) {
+    const int first = columns.plane[k];
+    if (within(first, 6)) MovePose(state.planes[k].frame_from_plane, column - first, step);
+    if (column == first + 6) state.planes[k].shape(0) += step;
+    if (column == columns.bent[k][0]) state.planes[k].shape(3) += step;
+    if (column == columns.bent[k][1]) state.planes[k].shape(4) += step;
+  }
+  for (std::size_t v = 0; v < state.camera_from_frame.size(); ++v) {
+    const int first = common.view[v];
+    if (within(first, 6)) MovePose(state.camera_from_frame[v], column - first, step);
+  }
+  for (std::size_t i = 0; i < state.slips_px.size(); ++i) {
+    if (within(common.slip[i], 2)) state.slips_px[i](column - common.slip[i]) += step;
+  }
+  return state;
+}
+
+TEST(VarifocalProblem, HasTheSlopesOfItsResiduals) {
+  VarifocalSceneOptions options = Few();
+  options.num_planes = 2;
+  options.num_views = 3;
+  options.columns = options.rows = 3;
+  options.known_camera = false;
+  const VarifocalScene scene = MakeVarifocalScene(options);
+  const auto planes = PlanesOf(DesignCalibration(scene.display));
+  VarifocalState state = Initialise(scene.observations, planes);
+  // Away from every special place.
+  state.cameras[0].segment<5>(4) << -0.05, 0.02, 3e-4, -2e-4, 0.01;
+  for (PlaneState& plane : state.planes) plane.shape << 0.02, 0.001, 0.002, 0.3, 0.004;
+  for (Eigen::Vector2d& slip : state.slips_px) slip << 0.02, -0.01;
+  VarifocalGroups free;
+  free.bow = free.pincushion = true;
+  const VarifocalColumns columns = ColumnsOf(scene.observations, planes.size(), free);
+  const Weighting weighting;
+  const NormalEquations equations =
+      Linearise(state, planes, columns, scene.observations, weighting);
+  for (int i = 0; i < columns.common.size; ++i) {
+    const double step = 1e-4 / std::sqrt(equations.hessian(i, i));
+    const auto cost = [&](double by) {
+      return HalfCost(Stepped(state, columns, i, by), planes, scene.observations,
+                      weighting.slip_sd_px);
+    };
+    const double slope = (cost(step) - cost(-step)) / (2 * step);
+    const double scale = std::sqrt(equations.hessian(i, i) * equations.cost);
+    EXPECT_NEAR(equations.gradient(i), slope, 1e-5 * scale)
+        << columns.common.names[static_cast<std::size_t>(i)];
+  }
 }
 
 TEST(MirrorModel, HasPhasesOfAMembrane) {

@@ -71,6 +71,7 @@ void Photograph(const fs::path& folder) {
   options.eyes = "60,15,400;-60,-20,390;15,60,410;-15,-60,400";
   options.raster = "-27,23.2,0.4,135,116";
   options.samples = 2;
+  options.blur_px = 0.7;
   options.exposure = 1.6;
   options.bits = 12;
   SynthPhotos(options, folder / "taken", SilentProgress());
