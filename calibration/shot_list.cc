@@ -4,9 +4,16 @@
 
 #include <fmt/format.h>
 
+#include "calibration/photometric_shots.h"
 #include "lightfield/error.h"
 
 namespace lamella {
+
+std::string PlaceName(const PanelId& panel) {
+  return fmt::format("layer{}_{}", panel.layer,
+                     panel.role == PanelId::kEmitter ? "emitter" : "modulator");
+}
+
 namespace {
 
 std::vector<CalibratedPanel> PanelsOf(const Calibration& calibration, CalibrationMode mode) {
@@ -32,21 +39,20 @@ std::vector<CalibratedPanel> PanelsOf(const Calibration& calibration, Calibratio
   return panels;
 }
 
-std::string PlaceName(const PanelId& panel) {
-  return fmt::format("layer{}_{}", panel.layer,
-                     panel.role == PanelId::kEmitter ? "emitter" : "modulator");
-}
-
 std::string NameOfShot(const PatternShot& shot) {
   switch (shot.kind) {
     case PatternShot::Kind::kDark:
-      return "dark";
+      return shot.exposure == 1 ? "dark" : fmt::format("dark_x{}", shot.exposure);
     case PatternShot::Kind::kWhite:
       return fmt::format("layer{}_white", shot.panel.layer);
     case PatternShot::Kind::kLeak:
       return fmt::format("layer{}_leak", shot.panel.layer);
     case PatternShot::Kind::kBoard:
       return PlaceName(shot.panel) + (shot.again ? "_board_again" : "_board");
+    case PatternShot::Kind::kFlat:
+    case PatternShot::Kind::kMixed:
+    case PatternShot::Kind::kLines:
+      return NameOfPhotometricShot(shot);
     case PatternShot::Kind::kPhase:
       break;
   }
@@ -73,12 +79,19 @@ void RepeatFirst(std::vector<PatternShot>& shots) {
   shots.push_back(again);
 }
 
+void NameShots(ShotList& list) {
+  const auto digits = std::max<std::size_t>(2, std::to_string(list.shots.size()).size());
+  for (std::size_t i = 0; i < list.shots.size(); ++i) {
+    list.shots[i].name = fmt::format("{:0{}}_{}", i + 1, digits, NameOfShot(list.shots[i]));
+  }
+}
+
 std::string What(const PatternShot& shot) {
   const std::string layer = fmt::format("layer {}", shot.panel.layer);
   const char* other = shot.panel.role == PanelId::kEmitter ? "modulator" : "emitter";
   switch (shot.kind) {
     case PatternShot::Kind::kDark:
-      return "every panel black";
+      return "every panel black" + ExposureText(shot);
     case PatternShot::Kind::kWhite:
       return layer + ": both panels white";
     case PatternShot::Kind::kLeak:
@@ -87,6 +100,10 @@ std::string What(const PatternShot& shot) {
       return fmt::format(
           "{}: board; its {} white{}", NameOf(shot.panel), other,
           shot.again ? "; the same as before, it tells whether the camera moved" : "");
+    case PatternShot::Kind::kFlat:
+    case PatternShot::Kind::kMixed:
+    case PatternShot::Kind::kLines:
+      return DescribePhotometricShot(shot);
     case PatternShot::Kind::kPhase:
       break;
   }
@@ -108,6 +125,15 @@ std::vector<LayerPatterns> ShownIn(const PatternShot& shot, int num_layers) {
   if (shot.kind == PatternShot::Kind::kLeak) return layers;
   layer.modulator = white;
   if (shot.kind == PatternShot::Kind::kWhite) return layers;
+  if (shot.kind == PatternShot::Kind::kMixed) layer = {shot.pattern, shot.pattern};
+  if (shot.kind == PatternShot::Kind::kLines) {
+    Pattern openings = shot.pattern;
+    openings.step = kOpeningPx;
+    layer = {shot.pattern, openings};
+  }
+  if (shot.kind == PatternShot::Kind::kMixed || shot.kind == PatternShot::Kind::kLines) {
+    return layers;
+  }
   (shot.panel.role == PanelId::kEmitter ? layer.emitter : layer.modulator) = shot.pattern;
   return layers;
 }
@@ -119,6 +145,11 @@ ShotList PlanShots(const Calibration& calibration, CalibrationMode mode) {
                 PanelsOf(calibration, mode),
                 {}};
   using Kind = PatternShot::Kind;
+  if (mode == CalibrationMode::kPhotometry) {
+    list.shots = PhotometricShots(calibration);
+    NameShots(list);
+    return list;
+  }
   list.shots.push_back({"", Kind::kDark, {}, {}, false});
   for (int l = 0; l < list.num_layers; ++l) {
     list.shots.push_back({"", Kind::kWhite, {l, PanelId::kEmitter}, {}, false});
@@ -139,10 +170,7 @@ ShotList PlanShots(const Calibration& calibration, CalibrationMode mode) {
                      "use --mode precise");
   }
   RepeatFirst(list.shots);
-  const auto digits = std::max<std::size_t>(2, std::to_string(list.shots.size()).size());
-  for (std::size_t i = 0; i < list.shots.size(); ++i) {
-    list.shots[i].name = fmt::format("{:0{}}_{}", i + 1, digits, NameOfShot(list.shots[i]));
-  }
+  NameShots(list);
   return list;
 }
 
@@ -154,6 +182,12 @@ std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern) {
       return "white";
     case Pattern::Kind::kBoard:
       return PlaceName(panel.id) + "_board.png";
+    case Pattern::Kind::kFlat:
+      return fmt::format("flat_{}x{}_{:02x}{:02x}{:02x}.png", panel.size.width_px,
+                         panel.size.height_px, pattern.color.r, pattern.color.g, pattern.color.b);
+    case Pattern::Kind::kColumns:
+      return fmt::format("columns_{}x{}_{}_{}.png", panel.size.width_px, panel.size.height_px,
+                         pattern.period_px, pattern.step);
     case Pattern::Kind::kPhase:
       break;
   }
@@ -161,7 +195,15 @@ std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern) {
                      NameOf(pattern.series), pattern.step);
 }
 
+std::string ListOfShots(const ShotList& list) {
+  std::string text;
+  for (const PatternShot& shot : list.shots)
+    text += fmt::format("{:<36} {}\n", shot.name, What(shot));
+  return text + "\nPanels that a shot does not name are black.\n";
+}
+
 std::string DescribeShots(const ShotList& list) {
+  if (list.mode == CalibrationMode::kPhotometry) return DescribePhotometry(list);
   std::string text = fmt::format(
       "Calibration of {}: {} photographs from every camera position\n\n"
       "Camera: on a tripod, released from afar, in a dark room; focus, zoom and exposure locked "
@@ -182,9 +224,7 @@ std::string DescribeShots(const ShotList& list) {
       list.mode == CalibrationMode::kPrecise
           ? "\nThe sinusoids are needed from 3 or 4 of the positions only."
           : "");
-  for (const PatternShot& shot : list.shots)
-    text += fmt::format("{:<36} {}\n", shot.name, What(shot));
-  return text + "\nPanels that a shot does not name are black.\n";
+  return text + ListOfShots(list);
 }
 
 }  // namespace lamella
