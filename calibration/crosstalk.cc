@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "lightfield/calibration.h"
 #include "lightfield/error.h"
 
 namespace lamella {
@@ -19,40 +20,97 @@ using Eigen::VectorXd;
 
 constexpr double kPi = std::numbers::pi;
 
-// sin(pi x)/(pi x): the spectrum of a box of width 1.
-double Sinc(double x) { return x == 0 ? 1 : std::sin(kPi * x) / (kPi * x); }
-
-// The spectrum of a disc of diameter 1, seen from its side: 2 J1(pi x)/(pi x).
-double Jinc(double x) {
-  if (std::abs(x) < 1e-9) return 1;
-  return 2 * std::cyl_bessel_j(1, kPi * std::abs(x)) / (kPi * std::abs(x));
+// Of a spread over pixels, along one axis: from the middle pixel's share on.
+std::vector<double> SharesOf(double spread_px) {
+  const SpreadKernel kernel = GaussianSpread(spread_px);
+  std::vector<double> shares;
+  for (int x = kernel.size / 2; x < kernel.size; ++x) {
+    double sum = 0;
+    for (int y = 0; y < kernel.size; ++y) {
+      sum += kernel.weights[static_cast<std::size_t>(y * kernel.size + x)];
+    }
+    shares.push_back(sum);
+  }
+  return shares;
 }
 
-// The share of view 0 over the place where a line of sight meets the row is periodic: a Fourier
-// series, whose terms are the product of the parts' spectra.
+// The double integral of a Gaussian: a ramp where there is none.
+double SmoothRamp(double x, double sigma) {
+  if (sigma <= 0 || std::abs(x) > 8 * sigma) return std::max(0.0, x);
+  const double u = x / sigma;
+  return x * std::erfc(-u / std::numbers::sqrt2) / 2 +
+         sigma * std::exp(-u * u / 2) / std::sqrt(2 * kPi);
+}
+
+// The boxes of an emitter and an opening, one over the other and over a Gaussian: of sum 1.
+double Overlap(double x, double opening_px, double sigma) {
+  const double outer = (1 + opening_px) / 2, inner = std::abs(1 - opening_px) / 2;
+  return (SmoothRamp(x + outer, sigma) - SmoothRamp(x + inner, sigma) -
+          SmoothRamp(x - inner, sigma) + SmoothRamp(x - outer, sigma)) /
+         opening_px;
+}
+
+struct Node {
+  double at, weight;
+};
+
+// A disc of a diameter as seen from its side (Gauss and Chebyshev, of the second kind).
+std::vector<Node> DiscNodes(double diameter) {
+  constexpr int kNodes = 10;
+  if (diameter == 0) return {{0, 1}};
+  std::vector<Node> nodes;
+  for (int i = 1; i <= kNodes; ++i) {
+    const double angle = kPi * i / (kNodes + 1), sine = std::sin(angle);
+    nodes.push_back({diameter / 2 * std::cos(angle), 2.0 / (kNodes + 1) * sine * sine});
+  }
+  return nodes;
+}
+
+// A box (Gauss and Legendre).
+std::vector<Node> BoxNodes(double width) {
+  if (width == 0) return {{0, 1}};
+  const double at = width / 2 * std::sqrt(0.6);
+  return {{-at, 5.0 / 18}, {0, 8.0 / 18}, {at, 5.0 / 18}};
+}
+
+// The share of view 0 over the place where a line of sight meets the row, from a table.
 class Profile {
  public:
-  Profile(const CrosstalkSetup& setup, double spread_px) : period_(setup.num_views) {
-    // The boxes' spectra fall as 1/f^2 where there is no spread.
-    const int terms = 12 * setup.num_views;
-    for (int h = 1; h <= terms; ++h) {
-      const double f = h / period_, phase = 2 * kPi * kPi * f * f * spread_px * spread_px;
-      if (phase > 40) break;
-      amplitudes_.push_back(2 / period_ * Sinc(f) * Sinc(setup.opening_px * f) *
-                            Jinc(setup.pupil_px * f) * std::exp(-phase));
+  Profile(const CrosstalkSetup& setup, SpreadKind kind, double spread_px)
+      : period_(setup.num_views) {
+    const bool diffuse = kind == SpreadKind::kDiffuse;
+    const std::vector<double> shares = SharesOf(diffuse ? 0 : spread_px);
+    const std::vector<Node> pupil = DiscNodes(setup.pupil_px), drift = BoxNodes(setup.drift_px);
+    const auto once = [&](double place) {
+      double sum = 0;
+      const int reach = static_cast<int>(shares.size()) - 1;
+      for (int i = -reach; i <= reach; ++i) {
+        const double share = shares[static_cast<std::size_t>(std::abs(i))];
+        for (const Node& p : pupil) {
+          for (const Node& d : drift) {
+            sum += share * p.weight * d.weight *
+                   Overlap(place - i - p.at - d.at, setup.opening_px, diffuse ? spread_px : 0);
+          }
+        }
+      }
+      return sum;
+    };
+    for (int i = 0; i <= setup.num_views * kSteps / 2 + 1; ++i) {
+      const double place = static_cast<double>(i) / kSteps;
+      table_.push_back(once(place) + once(place - period_) + once(place + period_));
     }
   }
   double At(double place) const {
-    double sum = 1 / period_;
-    for (std::size_t i = 0; i < amplitudes_.size(); ++i) {
-      sum += amplitudes_[i] * std::cos(2 * kPi * static_cast<double>(i + 1) * place / period_);
-    }
-    return sum;
+    const double wrapped = std::abs(place - period_ * std::round(place / period_)) * kSteps;
+    const auto i = static_cast<std::size_t>(wrapped);
+    const double t = wrapped - static_cast<double>(i);
+    return (1 - t) * table_[i] + t * table_[i + 1];
   }
 
  private:
+  static constexpr int kSteps = 64;  // per emitter
   double period_;
-  std::vector<double> amplitudes_;
+  std::vector<double> table_;
 };
 
 VectorXd ViewsAt(const Profile& profile, int num_views, double place) {
@@ -132,8 +190,8 @@ void CheckSeries(const std::vector<VectorXd>& series, const CrosstalkSetup& setu
   }
 }
 
-MatrixXd MatrixOf(const CrosstalkSetup& setup, double spread_px) {
-  const Profile profile(setup, spread_px);
+MatrixXd MatrixOf(const CrosstalkSetup& setup, SpreadKind kind, double spread_px) {
+  const Profile profile(setup, kind, spread_px);
   MatrixXd matrix(setup.num_views, setup.num_views);
   for (int j = 0; j < setup.num_views; ++j) {
     matrix.row(j) = ViewsAt(profile, setup.num_views, j).transpose();
@@ -141,10 +199,36 @@ MatrixXd MatrixOf(const CrosstalkSetup& setup, double spread_px) {
   return matrix;
 }
 
+struct SpreadFit {
+  double spread_px = 0, sd_px = 0, squares = 0;
+};
+
+SpreadFit FitSpread(const std::vector<VectorXd>& series, const CrosstalkSetup& setup,
+                    SpreadKind kind) {
+  const auto cost = [&](double spread_px) {
+    const Profile profile(setup, kind, spread_px);
+    double sum = 0;
+    for (const VectorXd& lights : series) sum += FitSeries(lights, profile).squares;
+    return sum;
+  };
+  SpreadFit fit;
+  fit.spread_px = GoldenSection(cost, 0, setup.num_views / 3.0);
+  fit.squares = cost(fit.spread_px);
+  const double freedom =
+      std::max(1.0, static_cast<double>(series.size()) * (setup.num_views - 3) - 1);
+  // From the curvature of the cost: variance = 2 s^2 / cost''.
+  constexpr double kStepPx = 0.02;
+  const double middle = std::max(fit.spread_px, kStepPx);
+  const double curvature =
+      (cost(middle + kStepPx) + cost(middle - kStepPx) - 2 * cost(middle)) / (kStepPx * kStepPx);
+  fit.sd_px = std::sqrt(2 * fit.squares / freedom / std::max(curvature, 1e-12));
+  return fit;
+}
+
 }  // namespace
 
-VectorXd ViewsSeen(const CrosstalkSetup& setup, double spread_px, double place) {
-  return ViewsAt(Profile(setup, spread_px), setup.num_views, place);
+VectorXd ViewsSeen(const CrosstalkSetup& setup, SpreadKind kind, double spread_px, double place) {
+  return ViewsAt(Profile(setup, kind, spread_px), setup.num_views, place);
 }
 
 CrosstalkFit FitCrosstalk(const std::vector<VectorXd>& given, const CrosstalkSetup& setup,
@@ -152,28 +236,18 @@ CrosstalkFit FitCrosstalk(const std::vector<VectorXd>& given, const CrosstalkSet
   CheckSeries(given, setup, panel);
   std::vector<VectorXd> series;  // each of the same weight
   for (const VectorXd& lights : given) series.emplace_back(lights / lights.sum());
-  const auto cost = [&](double spread_px) {
-    const Profile profile(setup, spread_px);
-    double sum = 0;
-    for (const VectorXd& lights : series) sum += FitSeries(lights, profile).squares;
-    return sum;
-  };
+  const SpreadFit diffuse = FitSpread(series, setup, SpreadKind::kDiffuse);
+  const SpreadFit whole = FitSpread(series, setup, SpreadKind::kWholePixels);
   CrosstalkFit fit;
-  fit.spread_px = GoldenSection(cost, 0, setup.num_views / 3.0);
-  const double least = cost(fit.spread_px);
-  const auto count = static_cast<double>(series.size());
-  const double freedom = std::max(1.0, count * (setup.num_views - 3) - 1);
-  fit.rms = std::sqrt(least / (count * setup.num_views));
-  // From the curvature of the cost: variance = 2 s^2 / cost''.
-  constexpr double kStepPx = 0.02;
-  const double curvature =
-      (cost(fit.spread_px + kStepPx) + cost(std::max(0.0, fit.spread_px - kStepPx)) - 2 * least) /
-      (kStepPx * kStepPx);
-  fit.spread_sd_px = std::sqrt(2 * least / freedom / std::max(curvature, 1e-12));
-  fit.with_pupil = MatrixOf(setup, fit.spread_px);
+  fit.kind = diffuse.squares <= whole.squares ? SpreadKind::kDiffuse : SpreadKind::kWholePixels;
+  const SpreadFit& better = fit.kind == SpreadKind::kDiffuse ? diffuse : whole;
+  fit.spread_px = better.spread_px;
+  fit.spread_sd_px = better.sd_px;
+  fit.rms = std::sqrt(better.squares / static_cast<double>(series.size()) / setup.num_views);
   CrosstalkSetup eye = setup;
   eye.pupil_px = 0;
-  fit.without_pupil = MatrixOf(eye, fit.spread_px);
+  fit.with_pupil = MatrixOf(setup, fit.kind, fit.spread_px);
+  fit.without_pupil = MatrixOf(eye, fit.kind, fit.spread_px);
   return fit;
 }
 

@@ -216,6 +216,14 @@ void MakeRising(VectorXd& values) {
   }
 }
 
+// At an end, of the parabola through three points, as far as the cubic stays monotone: from the
+// widths and secants of the two intervals there, the outer one first.
+double EndSlope(double outer, double inner, double outer_secant, double inner_secant) {
+  const double slope =
+      ((2 * outer + inner) * outer_secant - outer * inner_secant) / (outer + inner);
+  return std::clamp(slope, 0.0, 3 * outer_secant);
+}
+
 // Slopes of the monotone cubic through points (Fritsch and Butland 1984).
 VectorXd MonotoneSlopes(const std::vector<double>& x, const VectorXd& y) {
   const Index n = y.size();
@@ -232,8 +240,10 @@ VectorXd MonotoneSlopes(const std::vector<double>& x, const VectorXd& y) {
     const double a = left + 2 * right, b = 2 * left + right;
     slopes(i) = (a + b) / (b / before + a / after);
   }
-  slopes(0) = secant(0);
-  slopes(n - 1) = secant(n - 2);
+  slopes(0) = EndSlope(x[1] - x[0], x[2] - x[1], secant(0), secant(1));
+  const std::size_t end = x.size() - 1;
+  slopes(n - 1) =
+      EndSlope(x[end] - x[end - 1], x[end - 1] - x[end - 2], secant(n - 2), secant(n - 3));
   return slopes;
 }
 
@@ -253,7 +263,8 @@ ToneCurve TableOf(const Table& table, const Levels& levels, double gamma) {
   encoded = encoded.array().max(0.0).min(1.0).pow(1 / gamma);
   MakeRising(encoded);
   const VectorXd slopes = MonotoneSlopes(table.codes, encoded);
-  ToneCurve curve{ToneCurve::Kind::kTable, 0, {}};
+  ToneCurve curve;
+  curve.kind = ToneCurve::Kind::kTable;
   for (int k = 0; k < kNumKnots; ++k) {
     const double at = static_cast<double>(k) / (kNumKnots - 1);
     const double value = std::clamp(CubicAt(table.codes, encoded, slopes, at), 0.0, 1.0);

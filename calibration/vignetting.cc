@@ -1,9 +1,12 @@
 #include "calibration/vignetting.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <set>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -32,20 +35,36 @@ struct Columns {
   Index Cell(int layer, int cell) const { return Falloff(layer) + 1 + cell; }
 };
 
-VectorXd RowOf(const CellReading& reading, const Columns& columns) {
+// Of the cells around a place, between whose middles the gain is bilinear. Beyond the outermost it
+// goes on as it does inside, so that places near the border tell of these cells, too.
+std::array<std::pair<int, double>, 4> WeightsAt(double x, double y) {
+  const double u = x * kGainColumns - 0.5, v = y * kGainRows - 0.5;
+  const int left = std::clamp(static_cast<int>(std::floor(u)), 0, kGainColumns - 2);
+  const int top = std::clamp(static_cast<int>(std::floor(v)), 0, kGainRows - 2);
+  const double s = u - left, t = v - top;
+  const int cell = top * kGainColumns + left;
+  return {{{cell, (1 - s) * (1 - t)},
+           {cell + 1, s * (1 - t)},
+           {cell + kGainColumns, (1 - s) * t},
+           {cell + kGainColumns + 1, s * t}}};
+}
+
+VectorXd RowOf(const WhiteReading& reading, const Columns& columns) {
   VectorXd row = VectorXd::Zero(columns.size());
   double power = 1;
   for (Index i = 0; i < kVignettingTerms; ++i) row(i) = power *= reading.radius2;
   row(columns.Falloff(reading.layer)) = std::log(reading.cosine);
-  row(columns.Cell(reading.layer, reading.cell)) = 1;
+  for (const auto& [cell, weight] : WeightsAt(reading.x, reading.y)) {
+    row(columns.Cell(reading.layer, cell)) += weight;
+  }
   return row;
 }
 
-void CheckViews(const std::vector<CellReading>& readings, int num_layers,
+void CheckViews(const std::vector<WhiteReading>& readings, int num_layers,
                 const std::string& display) {
   for (int layer = 0; layer < num_layers; ++layer) {
     std::set<int> views;
-    for (const CellReading& reading : readings) {
+    for (const WhiteReading& reading : readings) {
       if (reading.layer == layer) views.insert(reading.view);
     }
     if (views.empty() || views.size() >= kLeastViews) continue;
@@ -61,14 +80,15 @@ void CheckViews(const std::vector<CellReading>& readings, int num_layers,
 LayerEvenness LayerOf(const VectorXd& solution, const MatrixXd& covariance, const Columns& columns,
                       int layer) {
   LayerEvenness of;
+  of.gains = {kGainColumns, kGainRows, {}};
   of.falloff = solution(columns.Falloff(layer));
   of.falloff_sd = std::sqrt(covariance(columns.Falloff(layer), columns.Falloff(layer)));
   double sum = 0;
   for (int cell = 0; cell < kCells; ++cell) {
-    of.gains.push_back(std::exp(solution(columns.Cell(layer, cell))));
-    sum += of.gains.back();
+    of.gains.gains.push_back(std::exp(solution(columns.Cell(layer, cell))));
+    sum += of.gains.gains.back();
   }
-  for (double& gain : of.gains) gain *= kCells / sum;
+  for (double& gain : of.gains.gains) gain *= kCells / sum;
   // Against the layer's mean: its own level is no matter of evenness.
   const Index first = columns.Cell(layer, 0);
   const MatrixXd block = covariance.block(first, first, kCells, kCells);
@@ -78,6 +98,43 @@ LayerEvenness LayerOf(const VectorXd& solution, const MatrixXd& covariance, cons
     of.largest_gain_sd = std::max(of.largest_gain_sd, std::sqrt(std::max(0.0, variance)));
   }
   return of;
+}
+
+double WeightOf(const WhiteReading& reading) {
+  const double relative = reading.variance / (reading.light * reading.light);
+  return 1 / (relative + kRelativeError * kRelativeError);
+}
+
+struct Solved {
+  VectorXd solution;
+  MatrixXd covariance;
+  double rms = 0;
+};
+
+Solved Solve(const std::vector<WhiteReading>& readings, const Columns& columns) {
+  MatrixXd information = MatrixXd::Zero(columns.size(), columns.size());
+  VectorXd right = VectorXd::Zero(columns.size());
+  for (const WhiteReading& reading : readings) {
+    const VectorXd row = RowOf(reading, columns);
+    information += WeightOf(reading) * row * row.transpose();
+    right += WeightOf(reading) * std::log(reading.light) * row;
+  }
+  // What nothing is known of gets a large deviation rather than none.
+  information.diagonal().array() += 1e-2;
+  const Eigen::LDLT<MatrixXd> factors(information);
+  Solved solved{factors.solve(right),
+                factors.solve(MatrixXd::Identity(columns.size(), columns.size())), 0};
+  double squares = 0, chi2 = 0;
+  for (const WhiteReading& reading : readings) {
+    const double residual = std::log(reading.light) - RowOf(reading, columns).dot(solved.solution);
+    squares += residual * residual;
+    chi2 += WeightOf(reading) * residual * residual;
+  }
+  const auto count = static_cast<double>(readings.size());
+  const double freedom = std::max(1.0, count - static_cast<double>(columns.size()));
+  solved.covariance *= std::max(1.0, chi2 / freedom);
+  solved.rms = std::sqrt(squares / std::max(1.0, count));
+  return solved;
 }
 
 void CheckKnown(const LayerEvenness& layer, int index, const std::string& display) {
@@ -98,43 +155,22 @@ double VignettingAt(const Evenness& evenness, double radius2) {
   return std::exp(exponent);
 }
 
-Evenness FitEvenness(const std::vector<CellReading>& readings, int num_layers,
+Evenness FitEvenness(const std::vector<WhiteReading>& given, int num_layers,
                      const std::string& display) {
-  CheckViews(readings, num_layers, display);
+  CheckViews(given, num_layers, display);
+  std::vector<WhiteReading> readings;
+  std::copy_if(given.begin(), given.end(), std::back_inserter(readings),
+               [](const WhiteReading& r) { return r.light > 0 && r.cosine > 0; });
   const Columns columns{num_layers};
-  MatrixXd information = MatrixXd::Zero(columns.size(), columns.size());
-  VectorXd right = VectorXd::Zero(columns.size());
-  const auto usable = [](const CellReading& r) { return r.light > 0 && r.cosine > 0; };
-  for (const CellReading& reading : readings) {
-    if (!usable(reading)) continue;
-    const double weight =
-        1 / (reading.variance / (reading.light * reading.light) + kRelativeError * kRelativeError);
-    const VectorXd row = RowOf(reading, columns);
-    information += weight * row * row.transpose();
-    right += weight * std::log(reading.light) * row;
-  }
-  // What nothing is known of gets a large deviation rather than none.
-  information.diagonal().array() += 1e-2;
-  const Eigen::LDLT<MatrixXd> factors(information);
-  const VectorXd solution = factors.solve(right);
-  const MatrixXd covariance =
-      factors.solve(MatrixXd::Identity(information.rows(), information.cols()));
+  const Solved solved = Solve(readings, columns);
   Evenness evenness;
-  evenness.vignetting.assign(solution.data(), solution.data() + kVignettingTerms);
-  std::set<int> seen;
-  double sum = 0, count = 0;
-  for (const CellReading& reading : readings) {
-    if (!usable(reading)) continue;
-    seen.insert(reading.layer);
-    const double residual = std::log(reading.light) - RowOf(reading, columns).dot(solution);
-    sum += residual * residual;
-    ++count;
-  }
-  evenness.rms = count > 0 ? std::sqrt(sum / count) : 0;
+  evenness.vignetting.assign(solved.solution.data(), solved.solution.data() + kVignettingTerms);
+  evenness.rms = solved.rms;
   for (int layer = 0; layer < num_layers; ++layer) {
     LayerEvenness of;
-    if (seen.contains(layer)) {
-      of = LayerOf(solution, covariance, columns, layer);
+    if (std::any_of(readings.begin(), readings.end(),
+                    [&](const WhiteReading& reading) { return reading.layer == layer; })) {
+      of = LayerOf(solved.solution, solved.covariance, columns, layer);
       CheckKnown(of, layer, display);
     }
     evenness.layers.push_back(std::move(of));

@@ -20,6 +20,7 @@
 #include "lightfield/panel_rays.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/calibration_record.h"
+#include "pipeline/panel_region.h"
 
 namespace lamella {
 namespace {
@@ -90,6 +91,13 @@ double RadiusOf(const WhiteCell& cell, const PhotometricLight& light) {
   return (cell.image_px - half).squaredNorm() / half.squaredNorm();
 }
 
+// In whole pixels, as calibrations have it.
+SpreadKernel KernelOf(const CrosstalkFit& fit) {
+  if (fit.kind == SpreadKind::kWholePixels) return GaussianSpread(fit.spread_px);
+  // A Gaussian integrated over pixels spreads by a pixel's own width more.
+  return GaussianSpread(std::sqrt(std::max(0.0, fit.spread_px * fit.spread_px - 1.0 / 12)));
+}
+
 // Measures layer by layer into a calibration and tells of it.
 class Measuring {
  public:
@@ -102,6 +110,13 @@ class Measuring {
 
   void Run() {
     for (const std::string& line : light_.left_out) Tell("{} left out", line);
+    if (options_.curve == PhotoCurve::kEstimated) {
+      Warn(
+          "the camera's tone curve was estimated from its exposures, which then differ by {:.1f} "
+          "%: "
+          "gamma is known to 0.02 at best, and to 0.015 less for every 2 % that they are off",
+          100 * light_.curve_rms);
+    }
     for (const LayerLight& layer : light_.layers) MeasureResponses(layer);
     MeasureEvenness();
     MeasureColors();
@@ -191,6 +206,13 @@ class Measuring {
   }
 
   void MeasureEvenness() {
+    if (options_.curve == PhotoCurve::kEstimated) {
+      Warn(
+          "an estimated tone curve does not tell white from nearly white: fall-off and evenness "
+          "stay "
+          "as they were, the layers' colours are as they were seen");
+      return;
+    }
     if (!standing_ || light_.num_views < kLeastViews) {
       Warn(
           "white was photographed from {} position{}: vignetting and fall-off are not told apart, "
@@ -198,10 +220,11 @@ class Measuring {
           light_.num_views, light_.num_views == 1 ? "" : "s");
       return;
     }
-    std::vector<CellReading> readings;
+    std::vector<WhiteReading> readings;
     for (const WhiteCell& cell : light_.whites) {
-      readings.push_back({IndexOf(cell.layer), cell.view, cell.cell, cell.light, cell.variance,
-                          RadiusOf(cell, light_), CosineOf(cell)});
+      const Eigen::Vector2d place = PlaceOf(cell);
+      readings.push_back({IndexOf(cell.layer), cell.view, place.x(), place.y(), cell.light,
+                          cell.variance, RadiusOf(cell, light_), CosineOf(cell)});
     }
     evenness_ = FitEvenness(readings, static_cast<int>(light_.layers.size()),
                             measured_.calibration.display);
@@ -212,7 +235,9 @@ class Measuring {
       LayerCalibration& layer = Of(light_.layers[i]);
       layer.emitter.photometry.falloff = std::max(0.0, even.falloff);
       layer.modulator->photometry.falloff = 0;  // the layer's is the sum of both
-      const auto [least, most] = std::minmax_element(even.gains.begin(), even.gains.end());
+      layer.emitter.photometry.evenness = even.gains;
+      const std::vector<double>& gains = even.gains.gains;
+      const auto [least, most] = std::minmax_element(gains.begin(), gains.end());
       Tell(
           "layer {}: light falls as cos^{:.3f} (sd {:.3f}); cells of 8 x 5 have {:.1f} to {:.1f} % "
           "of their mean",
@@ -229,12 +254,21 @@ class Measuring {
     return standing_->ToCamera(cell.layer, cell.view, cell.panel_px).normalized().z();
   }
 
-  // What a viewer straight before the panel would see of a cell, by what the first position saw.
+  Eigen::Vector2d PlaceOf(const WhiteCell& cell) const {
+    const PanelCalibration& panel =
+        measured_.calibration.layers[static_cast<std::size_t>(cell.layer)].emitter;
+    return {cell.panel_px.x() / panel.width_px, cell.panel_px.y() / panel.height_px};
+  }
+
+  // What a viewer straight before an even panel would see of a cell, by what the first position
+  // saw.
   double Straightened(const WhiteCell& cell) const {
     if (!evenness_) return 1;
     const auto i = static_cast<std::size_t>(IndexOf(cell.layer));
+    const LayerEvenness& even = evenness_->layers[i];
+    const Eigen::Vector2d place = PlaceOf(cell);
     return 1 / (VignettingAt(*evenness_, RadiusOf(cell, light_)) *
-                std::pow(CosineOf(cell), evenness_->layers[i].falloff));
+                std::pow(CosineOf(cell), even.falloff) * GainAt(even.gains, place.x(), place.y()));
   }
 
   // Columns: the camera's light of full red, green and blue alone. Each was shown with the others
@@ -288,7 +322,9 @@ class Measuring {
       return;
     }
     LayerCalibration& of = Of(layer);
-    CrosstalkSetup setup{kLinesPeriodPx, 1, 0};
+    CrosstalkSetup setup{kLinesPeriodPx, 1, 0, 0};
+    setup.drift_px = std::abs(std::tan(of.rotation_rad.z())) *
+                     PatchHeightPx({of.emitter.width_px, of.emitter.height_px});
     if (options_.pupil_mm > 0 && standing_) {
       const Eigen::Vector2d middle(of.emitter.width_px / 2.0, of.emitter.height_px / 2.0);
       const double distance = standing_->ToCamera(layer.layer, 0, middle).z();
@@ -301,13 +337,10 @@ class Measuring {
     }
     const PanelId emitter{layer.layer, PanelId::kEmitter};
     const CrosstalkFit fit = FitCrosstalk(layer.lines, setup, NameOf(emitter));
-    // A Gaussian integrated over pixels spreads by a pixel's own width more.
-    const double variance = fit.spread_px * fit.spread_px - 1.0 / 12;
-    of.emitter.photometry.crosstalk = GaussianSpread(std::sqrt(std::max(0.0, variance)));
+    of.emitter.photometry.crosstalk = KernelOf(fit);
     Tell(
         "{}: light spreads by {:.3f} px (sd {:.3f}); a neighbouring emitter gives {:.4f} of what "
-        "an "
-        "eye sees, {:.4f} with the camera's pupil of {:.2f} px",
+        "an eye sees, {:.4f} with the camera's pupil of {:.2f} px",
         NameOf(emitter), fit.spread_px, fit.spread_sd_px, fit.without_pupil(0, 1),
         fit.with_pupil(0, 1), setup.pupil_px);
   }

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr int kCells = kGainColumns * kGainRows;
 constexpr double kBorder = 0.05;  // of the panel's sides
-constexpr double kPatchHeightPx = 32;
+constexpr double kMostPatchHeightPx = 32;
 constexpr float kFullScale = 0.98F;
 
 std::size_t ToSize(int value) { return static_cast<std::size_t>(value); }
@@ -26,15 +26,15 @@ int CellOf(const Vector2d& panel_px, const PanelSize& panel) {
   return static_cast<int>(y * kGainRows) * kGainColumns + static_cast<int>(x * kGainColumns);
 }
 
-// Two periods wide, its sides half-way between openings, so that blur takes as much as it brings.
+// A period wide, its sides half-way between openings, so that blur takes nothing out of it; of one
+// opening, since lines of sight through the next one meet the emitters at another place.
 bool IsInPatch(const Vector2d& panel_px, int cell, const PanelSize& panel) {
   const double middle_x = (cell % kGainColumns + 0.5) * panel.width_px / kGainColumns;
   const double middle_y = (cell / kGainColumns + 0.5) * panel.height_px / kGainRows;
   const double period = kLinesPeriodPx;
-  const double left = std::round(middle_x / period - 1) * period + kOpeningPx + 0.5 - period / 2;
-  const double height = std::min(kPatchHeightPx, 0.8 * panel.height_px / kGainRows);
-  return panel_px.x() >= left && panel_px.x() < left + 2 * period &&
-         std::abs(panel_px.y() - middle_y) < height / 2;
+  const double opening = std::round((middle_x - kOpeningPx) / period) * period + kOpeningPx + 0.5;
+  return std::abs(panel_px.x() - opening) < period / 2 &&
+         std::abs(panel_px.y() - middle_y) < PatchHeightPx(panel) / 2;
 }
 
 Vector3d Channels(const Rgb& light) {
@@ -44,6 +44,10 @@ Vector3d Channels(const Rgb& light) {
 bool IsSaturated(const Rgb& light) { return std::max({light.r, light.g, light.b}) >= kFullScale; }
 
 }  // namespace
+
+double PatchHeightPx(const PanelSize& panel) {
+  return std::min(kMostPatchHeightPx, 0.8 * panel.height_px / kGainRows);
+}
 
 PanelRegion RegionOf(const Eigen::Matrix3d& image_from_panel, const PanelSize& panel, int width,
                      int height) {

@@ -14,11 +14,13 @@ namespace lamella {
 // The panel without the outer twentieth, where a parallax may show its border.
 struct PanelRegion {
   Image<std::int16_t> cell;   // of each pixel: kGainColumns x kGainRows cells, -1 beside the panel
-  Image<std::int16_t> patch;  // in the middle of each cell, whole periods of lines; -1 elsewhere
+  Image<std::int16_t> patch;  // in the middle of each cell, around one opening; -1 elsewhere
   int num_px = 0;
   std::vector<int> cell_px, patch_px;                   // pixels of each
   std::vector<Eigen::Vector2d> cell_image, cell_panel;  // their middles, px
 };
+
+double PatchHeightPx(const PanelSize& panel);  // panel px
 
 // `image_from_panel` is a homography; width and height are the photograph's.
 PanelRegion RegionOf(const Eigen::Matrix3d& image_from_panel, const PanelSize& panel, int width,

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "calibration/camera_response.h"
 #include "calibration/detect_board.h"
 #include "calibration/homography.h"
 #include "lightfield/color.h"
@@ -27,21 +29,48 @@ constexpr int kLeastPx = 2000;      // of a panel
 constexpr int kLeastPatchPx = 100;  // of a patch of lines
 constexpr double kMostSaturated = 1e-3;
 
-Image<Rgb> ReadLinear(const fs::path& file, PhotoCurve curve) {
+// Numbers through a camera's curve.
+void MakeLinear(const CameraResponse& response, Image<Rgb>& photo) {
+  constexpr int kSteps = 4080;  // 16 between codes of 8 bits
+  std::vector<float> table;
+  for (int i = 0; i <= kSteps; ++i) {
+    table.push_back(static_cast<float>(response.LightOf(static_cast<double>(i) / kSteps)));
+  }
+  const auto light = [&](float number) {
+    return table[static_cast<std::size_t>(std::clamp(number, 0.0F, 1.0F) * kSteps + 0.5F)];
+  };
+  for (std::size_t i = 0; i < photo.size(); ++i) {
+    Rgb& pixel = photo.data()[i];
+    pixel = {light(pixel.r), light(pixel.g), light(pixel.b)};
+  }
+}
+
+Image<Rgb> ReadPhoto(const fs::path& file, PhotoCurve curve,
+                     const std::optional<CameraResponse>& response) {
   const ImageInfo info = ReadImageInfo(file);
-  if (!info.is_float && info.bits <= 8) {
+  if (curve != PhotoCurve::kEstimated && !info.is_float && info.bits <= 8) {
     throw InputError(file.string(),
                      "has 8 bits and so a tone curve that is not known: were its exponent off by "
                      "5 %, gamma would be by 0.11 and black by a third",
-                     "develop the raw files to linear 16-bit TIFF or PNG, or EXR");
+                     "develop the raw files to linear 16-bit TIFF or PNG, or EXR; or let the curve "
+                     "be estimated, gamma to 0.02: --curve estimate");
   }
-  return curve == PhotoCurve::kSrgb ? ReadImage(file) : ReadNumbers(file);
+  if (curve == PhotoCurve::kSrgb) return ReadImage(file);
+  Image<Rgb> photo = ReadNumbers(file);
+  if (response && !info.is_float) MakeLinear(*response, photo);
+  return photo;
+}
+
+bool IsLevel(const PatternShot& shot) {
+  const Rgb8& color = shot.pattern.color;
+  return shot.kind == Kind::kFlat && color.r == color.g && color.g == color.b;
 }
 
 // Reads photographs one after the other and keeps what later ones need.
 class Reader {
  public:
-  Reader(ShotList list, PhotoCurve curve) : curve_(curve) {
+  Reader(ShotList list, PhotoCurve curve, std::optional<CameraResponse> response)
+      : curve_(curve), response_(std::move(response)) {
     light_.list = std::move(list);
     light_.exposures = {1};
     for (const PatternShot& shot : light_.list.shots) {
@@ -65,7 +94,7 @@ class Reader {
 
   void Add(const fs::path& file, const PatternShot& shot) {
     file_ = file;
-    const Image<Rgb> photo = ReadLinear(file, curve_);
+    const Image<Rgb> photo = ReadPhoto(file, curve_, response_);
     CheckSize(photo);
     if (shot.kind == Kind::kDark) {
       darks_[shot.exposure] = photo.Clone();
@@ -77,7 +106,11 @@ class Reader {
     AddLight(photo, shot, light_.layers[*index]);
   }
 
+  // What the camera's curve is estimated from.
+  const std::vector<NumberReading>& numbers() const { return numbers_; }
+
   PhotometricLight Finish() {
+    if (response_) light_.curve_rms = response_->rms;
     for (LayerLight& layer : light_.layers) {
       std::vector<Eigen::VectorXd>& lines = lines_[layer.layer];
       const auto usable = [](const Eigen::VectorXd& series) { return series.sum() > 0; };
@@ -167,12 +200,11 @@ class Reader {
     }
     const PanelRegion& region = found->second;
     const ImageSpan<const Rgb> dark = dark_found->second.span();
+    if (curve_ == PhotoCurve::kEstimated && !response_) return AddNumbers(photo, shot, region);
     if (shot.kind == Kind::kLines) return AddLines(photo, dark, shot, region);
     const RegionLight light = LightOf(photo.span(), dark, region);
     const bool overexposed = light.saturated > kMostSaturated;
-    const bool is_level = shot.kind == Kind::kFlat &&
-                          shot.pattern.color.r == shot.pattern.color.g &&
-                          shot.pattern.color.g == shot.pattern.color.b;
+    const bool is_level = IsLevel(shot);
     if (overexposed && is_level) {
       ++overexposed_[shot.panel];
       return;
@@ -194,6 +226,21 @@ class Reader {
       const Rgb8& color = shot.pattern.color;
       const Eigen::Index column = color.r > 0 ? 0 : color.g > 0 ? 1 : 2;
       for (std::size_t c = 0; c < kCells; ++c) layer.colors[c].col(column) = light.cells[c];
+    }
+  }
+
+  // Green ones, as they are, of cells in which the light is nearly even.
+  void AddNumbers(const Image<Rgb>& photo, const PatternShot& shot, const PanelRegion& region) {
+    if (!IsLevel(shot) && shot.kind != Kind::kWhite) return;
+    const Image<Rgb> none(photo.width(), photo.height());
+    const RegionLight light = LightOf(photo.span(), none.span(), region);
+    const int code = shot.kind == Kind::kWhite ? 255 : shot.pattern.color.g;
+    for (const int cell : {10, 20, 29}) {
+      const auto c = static_cast<std::size_t>(cell);
+      const std::tuple<PanelId, int, int> light_of{shot.panel, code, cell};
+      const int patch = patches_.emplace(light_of, static_cast<int>(patches_.size())).first->second;
+      numbers_.push_back({patch, static_cast<double>(shot.exposure), light.cells[c].y(),
+                          light.variance * region.num_px / std::max(1, region.cell_px[c])});
     }
   }
 
@@ -222,6 +269,9 @@ class Reader {
   }
 
   PhotoCurve curve_;
+  std::optional<CameraResponse> response_;  // of kEstimated; none while it is not known
+  std::vector<NumberReading> numbers_;
+  std::map<std::tuple<PanelId, int, int>, int> patches_;  // panel, code and cell
   PhotometricLight light_;
   int view_ = 0;
   fs::path file_;
@@ -261,7 +311,14 @@ PhotometricLight ReadPhotometricPhotos(const fs::path& patterns, const fs::path&
   const std::vector<const PatternShot*> further = Everywhere(list);
   CheckNumber(files.size(), list.shots.size(), further.size(), photos);
   progress.Start("photographs", static_cast<std::int64_t>(files.size()), "photographs");
-  Reader reader(list, curve);
+  std::optional<CameraResponse> response;
+  if (curve == PhotoCurve::kEstimated) {
+    Reader probe(list, curve, std::nullopt);
+    probe.Begin(0);
+    for (std::size_t i = 0; i < list.shots.size(); ++i) probe.Add(files[i].path, list.shots[i]);
+    response = EstimateCameraResponse(probe.numbers(), photos.string());
+  }
+  Reader reader(list, curve, std::move(response));
   std::size_t next = 0;
   for (int view = 0; next < files.size(); ++view) {
     reader.Begin(view);

@@ -44,16 +44,19 @@ struct PhotometricLight {
   std::vector<LayerLight> layers;
   std::vector<WhiteCell> whites;
   Observations boards;                // all, of one camera
+  double curve_rms = 0;               // of kEstimated: how far exposures differ, share of light
   std::vector<std::string> left_out;  // overexposed levels: how many of which panel
 };
 
-// How the numbers of integer files follow from light. Float files are linear.
-enum class PhotoCurve { kLinear, kSrgb };
+// How the numbers of integer files follow from light; float files are linear. kEstimated: from the
+// exposures, which are then taken at their word (calibration/camera_response.h); of 8 bits, too.
+enum class PhotoCurve { kLinear, kSrgb, kEstimated };
 
 // `photos`: a folder whose names sort as the photographs were taken: all shots of the list, then,
 // from every further position, those that are not of the first position only. InputError naming the
 // file and shot where their number does not fit, sizes differ, a board is not the one that the shot
-// shows, a panel has fewer than 2000 px, white or a colour is overexposed, or files have 8 bits.
+// shows, a panel has fewer than 2000 px, white or a colour is overexposed, or files have 8 bits
+// and their curve is not estimated.
 PhotometricLight ReadPhotometricPhotos(const std::filesystem::path& patterns,
                                        const std::filesystem::path& photos, PhotoCurve curve,
                                        Progress& progress);

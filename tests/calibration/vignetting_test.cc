@@ -43,12 +43,12 @@ struct View {
   double yaw_deg, pitch_deg, roll_deg;
 };
 
-std::vector<CellReading> Photographed(const Truth& truth, const std::vector<View>& views,
-                                      double noise) {
+std::vector<WhiteReading> Photographed(const Truth& truth, const std::vector<View>& views,
+                                       double noise) {
   constexpr double kDegree = 0.017453292519943295;
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
-  std::vector<CellReading> readings;
+  std::vector<WhiteReading> readings;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const double yaw = views[v].yaw_deg * kDegree, pitch = views[v].pitch_deg * kDegree;
     const double eye[3] = {1000 * std::sin(yaw) * std::cos(pitch), 1000 * std::sin(pitch),
@@ -68,8 +68,8 @@ std::vector<CellReading> Photographed(const Truth& truth, const std::vector<View
         const auto l = static_cast<std::size_t>(layer);
         const double light = 0.6 * truth.gains[l][static_cast<std::size_t>(cell)] * lens *
                              std::pow(cosine, truth.falloff[l]) * (1 + noise * normal(random));
-        readings.push_back(
-            {layer, static_cast<int>(v), cell, light, std::pow(noise * light, 2), radius2, cosine});
+        readings.push_back({layer, static_cast<int>(v), x / 600 + 0.5, 0.5 - y / 340, light,
+                            std::pow(noise * light, 2), radius2, cosine});
       }
     }
   }
@@ -85,7 +85,7 @@ TEST(FitEvenness, TellsTheLensFromTheDisplay) {
     EXPECT_NEAR(fit.layers[l].falloff, truth.falloff[l], 0.03);
     EXPECT_NEAR(fit.layers[l].falloff, truth.falloff[l], 4 * fit.layers[l].falloff_sd);
     for (std::size_t cell = 0; cell < kCells; ++cell) {
-      EXPECT_NEAR(fit.layers[l].gains[cell], truth.gains[l][cell], 0.005) << cell;
+      EXPECT_NEAR(fit.layers[l].gains.gains[cell], truth.gains[l][cell], 0.005) << cell;
     }
   }
   EXPECT_LT(fit.rms, 0.002);
