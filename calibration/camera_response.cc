@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 constexpr int kKnots = 16;
 constexpr double kLeastNumber = 0.02, kMostNumber = 0.97;  // of 8 bits: code 5, and no clipping
 constexpr double kLogError = 0.005;                        // of a reading's light, beside its noise
-constexpr double kBend = 0.03;       // standard deviation of a knot's second difference
+constexpr double kBend = 0.03;  // standard deviation of a knot's second difference
 // Noise of less than a code does not average rounding away.
 constexpr double kRounding = 1.0 / 255 / 3.5;
 constexpr std::size_t kLeastPatches = 12;
@@ -95,8 +95,8 @@ Problem ProblemOf(const std::vector<NumberReading>& readings) {
   for (const NumberReading& reading : readings) {
     const Place place = PlaceOf(problem.knots, std::log(reading.number));
     // A number's noise as its light's: the curves' slopes are about 2.
-    const double relative = 4 * (reading.variance + kRounding * kRounding) /
-                            (reading.number * reading.number);
+    const double relative =
+        4 * (reading.variance + kRounding * kRounding) / (reading.number * reading.number);
     problem.Add({{place.knot, 1 - place.share},
                  {place.knot + 1, place.share},
                  {problem.column_of.at(reading.patch), -1}},

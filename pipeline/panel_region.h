@@ -1,6 +1,7 @@
 // Which pixels of a photograph show which part of a panel, and the light on them.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
