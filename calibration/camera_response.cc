@@ -118,10 +118,10 @@ double CameraResponse::LightOf(double number) const {
   return std::exp((1 - place.share) * log_light[i] + place.share * log_light[i + 1]);
 }
 
-CameraResponse EstimateCameraResponse(const std::vector<NumberReading>& given,
+CameraResponse EstimateCameraResponse(const std::vector<NumberReading>& readings,
                                       const std::string& where) {
-  const std::vector<NumberReading> readings = Usable(given, where);
-  const Problem problem = ProblemOf(readings);
+  const std::vector<NumberReading> usable = Usable(readings, where);
+  const Problem problem = ProblemOf(usable);
   const VectorXd solution = problem.information.ldlt().solve(problem.right);
   CameraResponse response{problem.knots, {solution.data(), solution.data() + kKnots}, 0};
   for (std::size_t k = 1; k < response.log_light.size(); ++k) {
@@ -130,13 +130,13 @@ CameraResponse EstimateCameraResponse(const std::vector<NumberReading>& given,
                      "give linear 16-bit photographs, taken with all corrections off");
   }
   double squares = 0;
-  for (const NumberReading& reading : readings) {
+  for (const NumberReading& reading : usable) {
     const double patch = solution(problem.column_of.at(reading.patch));
     const double residual =
         std::log(response.LightOf(reading.number)) - patch - std::log(reading.exposure);
     squares += residual * residual;
   }
-  response.rms = std::sqrt(squares / static_cast<double>(readings.size()));
+  response.rms = std::sqrt(squares / static_cast<double>(usable.size()));
   if (response.rms <= kMostRms) return response;
   throw InputError(
       where,

@@ -27,7 +27,8 @@ std::vector<double> SharesOf(double spread_px) {
   for (int x = kernel.size / 2; x < kernel.size; ++x) {
     double sum = 0;
     for (int y = 0; y < kernel.size; ++y) {
-      sum += kernel.weights[static_cast<std::size_t>(y * kernel.size + x)];
+      const int index = y * kernel.size + x;
+      sum += kernel.weights[static_cast<std::size_t>(index)];
     }
     shares.push_back(sum);
   }
@@ -231,13 +232,13 @@ VectorXd ViewsSeen(const CrosstalkSetup& setup, SpreadKind kind, double spread_p
   return ViewsAt(Profile(setup, kind, spread_px), setup.num_views, place);
 }
 
-CrosstalkFit FitCrosstalk(const std::vector<VectorXd>& given, const CrosstalkSetup& setup,
+CrosstalkFit FitCrosstalk(const std::vector<VectorXd>& series, const CrosstalkSetup& setup,
                           const std::string& panel) {
-  CheckSeries(given, setup, panel);
-  std::vector<VectorXd> series;  // each of the same weight
-  for (const VectorXd& lights : given) series.emplace_back(lights / lights.sum());
-  const SpreadFit diffuse = FitSpread(series, setup, SpreadKind::kDiffuse);
-  const SpreadFit whole = FitSpread(series, setup, SpreadKind::kWholePixels);
+  CheckSeries(series, setup, panel);
+  std::vector<VectorXd> shares;  // so that each has the same weight
+  for (const VectorXd& lights : series) shares.emplace_back(lights / lights.sum());
+  const SpreadFit diffuse = FitSpread(shares, setup, SpreadKind::kDiffuse);
+  const SpreadFit whole = FitSpread(shares, setup, SpreadKind::kWholePixels);
   CrosstalkFit fit;
   fit.kind = diffuse.squares <= whole.squares ? SpreadKind::kDiffuse : SpreadKind::kWholePixels;
   const SpreadFit& better = fit.kind == SpreadKind::kDiffuse ? diffuse : whole;

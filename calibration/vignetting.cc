@@ -155,20 +155,20 @@ double VignettingAt(const Evenness& evenness, double radius2) {
   return std::exp(exponent);
 }
 
-Evenness FitEvenness(const std::vector<WhiteReading>& given, int num_layers,
+Evenness FitEvenness(const std::vector<WhiteReading>& readings, int num_layers,
                      const std::string& display) {
-  CheckViews(given, num_layers, display);
-  std::vector<WhiteReading> readings;
-  std::copy_if(given.begin(), given.end(), std::back_inserter(readings),
+  CheckViews(readings, num_layers, display);
+  std::vector<WhiteReading> usable;
+  std::copy_if(readings.begin(), readings.end(), std::back_inserter(usable),
                [](const WhiteReading& r) { return r.light > 0 && r.cosine > 0; });
   const Columns columns{num_layers};
-  const Solved solved = Solve(readings, columns);
+  const Solved solved = Solve(usable, columns);
   Evenness evenness;
   evenness.vignetting.assign(solved.solution.data(), solved.solution.data() + kVignettingTerms);
   evenness.rms = solved.rms;
   for (int layer = 0; layer < num_layers; ++layer) {
     LayerEvenness of;
-    if (std::any_of(readings.begin(), readings.end(),
+    if (std::any_of(usable.begin(), usable.end(),
                     [&](const WhiteReading& reading) { return reading.layer == layer; })) {
       of = LayerOf(solved.solution, solved.covariance, columns, layer);
       CheckKnown(of, layer, display);

@@ -146,7 +146,8 @@ double GainAt(const GainMap& map, double x, double y) {
   const int left = static_cast<int>(u), top = static_cast<int>(v);
   const int right = std::min(left + 1, map.columns - 1), below = std::min(top + 1, map.rows - 1);
   const auto at = [&](int column, int row) {
-    return map.gains[static_cast<std::size_t>(row * map.columns + column)];
+    const int index = row * map.columns + column;
+    return map.gains[static_cast<std::size_t>(index)];
   };
   const double s = u - left, t = v - top;
   return (1 - t) * ((1 - s) * at(left, top) + s * at(right, top)) +

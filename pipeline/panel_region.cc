@@ -29,8 +29,9 @@ int CellOf(const Vector2d& panel_px, const PanelSize& panel) {
 // A period wide, its sides half-way between openings, so that blur takes nothing out of it; of one
 // opening, since lines of sight through the next one meet the emitters at another place.
 bool IsInPatch(const Vector2d& panel_px, int cell, const PanelSize& panel) {
-  const double middle_x = (cell % kGainColumns + 0.5) * panel.width_px / kGainColumns;
-  const double middle_y = (cell / kGainColumns + 0.5) * panel.height_px / kGainRows;
+  const int column = cell % kGainColumns, row = cell / kGainColumns;
+  const double middle_x = (column + 0.5) * panel.width_px / kGainColumns;
+  const double middle_y = (row + 0.5) * panel.height_px / kGainRows;
   const double period = kLinesPeriodPx;
   const double opening = std::round((middle_x - kOpeningPx) / period) * period + kOpeningPx + 0.5;
   return std::abs(panel_px.x() - opening) < period / 2 &&

@@ -1,6 +1,7 @@
 #include "pipeline/photometric_photos.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -37,7 +38,7 @@ void MakeLinear(const CameraResponse& response, Image<Rgb>& photo) {
     table.push_back(static_cast<float>(response.LightOf(static_cast<double>(i) / kSteps)));
   }
   const auto light = [&](float number) {
-    return table[static_cast<std::size_t>(std::clamp(number, 0.0F, 1.0F) * kSteps + 0.5F)];
+    return table[static_cast<std::size_t>(std::lround(std::clamp(number, 0.0F, 1.0F) * kSteps))];
   };
   for (std::size_t i = 0; i < photo.size(); ++i) {
     Rgb& pixel = photo.data()[i];

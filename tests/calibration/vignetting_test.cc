@@ -55,8 +55,9 @@ std::vector<WhiteReading> Photographed(const Truth& truth, const std::vector<Vie
                            1000 * std::cos(yaw) * std::cos(pitch)};
     for (int layer = 0; layer < 2; ++layer) {
       for (int cell = 0; cell < kCells; ++cell) {
-        const double x = ((cell % kGainColumns + 0.5) / kGainColumns - 0.5) * 600;
-        const double y = (0.5 - (cell / kGainColumns + 0.5) / kGainRows) * 340;
+        const int column = cell % kGainColumns, row = cell / kGainColumns;
+        const double x = ((column + 0.5) / kGainColumns - 0.5) * 600;
+        const double y = (0.5 - (row + 0.5) / kGainRows) * 340;
         const double to[3] = {eye[0] - x, eye[1] - y, eye[2]};
         const double distance = std::hypot(to[0], to[1], to[2]);
         // The angle to the optical axis, which goes through the panel's middle.
