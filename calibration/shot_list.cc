@@ -4,9 +4,16 @@
 
 #include <fmt/format.h>
 
+#include "calibration/photometric_shots.h"
 #include "lightfield/error.h"
 
 namespace lamella {
+
+std::string PlaceName(const PanelId& panel) {
+  return fmt::format("layer{}_{}", panel.layer,
+                     panel.role == PanelId::kEmitter ? "emitter" : "modulator");
+}
+
 namespace {
 
 std::vector<CalibratedPanel> PanelsOf(const Calibration& calibration, CalibrationMode mode) {
@@ -32,21 +39,20 @@ std::vector<CalibratedPanel> PanelsOf(const Calibration& calibration, Calibratio
   return panels;
 }
 
-std::string PlaceName(const PanelId& panel) {
-  return fmt::format("layer{}_{}", panel.layer,
-                     panel.role == PanelId::kEmitter ? "emitter" : "modulator");
-}
-
 std::string NameOfShot(const PatternShot& shot) {
   switch (shot.kind) {
     case PatternShot::Kind::kDark:
-      return "dark";
+      return shot.exposure == 1 ? "dark" : fmt::format("dark_x{}", shot.exposure);
     case PatternShot::Kind::kWhite:
       return fmt::format("layer{}_white", shot.panel.layer);
     case PatternShot::Kind::kLeak:
       return fmt::format("layer{}_leak", shot.panel.layer);
     case PatternShot::Kind::kBoard:
       return PlaceName(shot.panel) + (shot.again ? "_board_again" : "_board");
+    case PatternShot::Kind::kFlat:
+    case PatternShot::Kind::kMixed:
+    case PatternShot::Kind::kLines:
+      return NameOfPhotometricShot(shot);
     case PatternShot::Kind::kPhase:
       break;
   }
@@ -73,6 +79,13 @@ void RepeatFirst(std::vector<PatternShot>& shots) {
   shots.push_back(again);
 }
 
+void NameShots(ShotList& list) {
+  const auto digits = std::max<std::size_t>(2, std::to_string(list.shots.size()).size());
+  for (std::size_t i = 0; i < list.shots.size(); ++i) {
+    list.shots[i].name = fmt::format("{:0{}}_{}", i + 1, digits, NameOfShot(list.shots[i]));
+  }
+}
+
 std::string SinusoidOf(const Pattern& pattern) {
   return fmt::format("sinusoid along {} of {} px, step {} of {}",
                      pattern.series.axis == PanelAxis::kU ? "u" : "v", pattern.series.period_px,
@@ -97,13 +110,17 @@ std::string What(const PatternShot& shot, bool stacked) {
                                                              : "; its emitter white";
   switch (shot.kind) {
     case PatternShot::Kind::kDark:
-      return "every panel black";
+      return "every panel black" + ExposureText(shot);
     case PatternShot::Kind::kWhite:
       return layer + (stacked ? ": both panels white" : ": white");
     case PatternShot::Kind::kLeak:
       return layer + ": emitter white, modulator black";
     case PatternShot::Kind::kBoard:
       return fmt::format("{}: board{}{}", NameOf(shot.panel), other, shot.again ? kAgain : "");
+    case PatternShot::Kind::kFlat:
+    case PatternShot::Kind::kMixed:
+    case PatternShot::Kind::kLines:
+      return DescribePhotometricShot(shot);
     case PatternShot::Kind::kPhase:
       break;
   }
@@ -175,6 +192,15 @@ std::vector<LayerPatterns> ShownIn(const PatternShot& shot, int num_layers) {
   if (shot.kind == PatternShot::Kind::kLeak) return layers;
   layer.modulator = white;
   if (shot.kind == PatternShot::Kind::kWhite) return layers;
+  if (shot.kind == PatternShot::Kind::kMixed) layer = {shot.pattern, shot.pattern};
+  if (shot.kind == PatternShot::Kind::kLines) {
+    Pattern openings = shot.pattern;
+    openings.step = kOpeningPx;
+    layer = {shot.pattern, openings};
+  }
+  if (shot.kind == PatternShot::Kind::kMixed || shot.kind == PatternShot::Kind::kLines) {
+    return layers;
+  }
   (shot.panel.role == PanelId::kEmitter ? layer.emitter : layer.modulator) = shot.pattern;
   return layers;
 }
@@ -187,6 +213,11 @@ ShotList PlanShots(const Calibration& calibration, CalibrationMode mode, bool pl
                 PanelsOf(calibration, mode),
                 {}};
   using Kind = PatternShot::Kind;
+  if (mode == CalibrationMode::kPhotometry) {
+    list.shots = PhotometricShots(calibration);
+    NameShots(list);
+    return list;
+  }
   list.shots.push_back({"", Kind::kDark, {}, {}, false});
   for (int l = 0; l < list.num_layers; ++l) {
     list.shots.push_back({"", Kind::kWhite, {l, PanelId::kEmitter}, {}, false});
@@ -207,10 +238,7 @@ ShotList PlanShots(const Calibration& calibration, CalibrationMode mode, bool pl
                      "use --mode precise");
   }
   RepeatFirst(list.shots);
-  const auto digits = std::max<std::size_t>(2, std::to_string(list.shots.size()).size());
-  for (std::size_t i = 0; i < list.shots.size(); ++i) {
-    list.shots[i].name = fmt::format("{:0{}}_{}", i + 1, digits, NameOfShot(list.shots[i]));
-  }
+  NameShots(list);
   return list;
 }
 
@@ -222,6 +250,12 @@ std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern) {
       return "white";
     case Pattern::Kind::kBoard:
       return PlaceName(panel.id) + "_board.png";
+    case Pattern::Kind::kFlat:
+      return fmt::format("flat_{}x{}_{:02x}{:02x}{:02x}.png", panel.size.width_px,
+                         panel.size.height_px, pattern.color.r, pattern.color.g, pattern.color.b);
+    case Pattern::Kind::kColumns:
+      return fmt::format("columns_{}x{}_{}_{}.png", panel.size.width_px, panel.size.height_px,
+                         pattern.period_px, pattern.step);
     case Pattern::Kind::kPhase:
       break;
   }
@@ -229,7 +263,15 @@ std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern) {
                      NameOf(pattern.series), pattern.step);
 }
 
+std::string ListOfShots(const ShotList& list) {
+  std::string text;
+  for (const PatternShot& shot : list.shots)
+    text += fmt::format("{:<36} {}\n", shot.name, What(shot, IsStacked(list, shot.panel.layer)));
+  return text + "\nPanels that a shot does not name are black.\n";
+}
+
 std::string DescribeShots(const ShotList& list) {
+  if (list.mode == CalibrationMode::kPhotometry) return DescribePhotometry(list);
   if (list.planes_in_turn) return DescribePlaneShots(list);
   // Modulators are told from emitters by boards; lenses show neither.
   const bool lenses = std::all_of(list.panels.begin(), list.panels.end(), [](const auto& panel) {
@@ -249,9 +291,7 @@ std::string DescribeShots(const ShotList& list) {
       "At every position take all of these without touching the camera:\n\n",
       list.display, list.shots.size(),
       lenses ? PositionsForLenses() : PositionsForPanels(list.mode));
-  for (const PatternShot& shot : list.shots)
-    text += fmt::format("{:<36} {}\n", shot.name, What(shot, IsStacked(list, shot.panel.layer)));
-  return text + "\nPanels that a shot does not name are black.\n";
+  return text + ListOfShots(list);
 }
 
 }  // namespace lamella

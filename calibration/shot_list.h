@@ -10,28 +10,39 @@
 #include "calibration/observations.h"
 #include "calibration/phase_patterns.h"
 #include "lightfield/calibration.h"
+#include "lightfield/image.h"
 
 namespace lamella {
 
 // What one panel shows. The image that it is given, also where a mirror shows it reversed.
 struct Pattern {
-  enum class Kind { kBlack, kWhite, kBoard, kPhase };
+  // kFlat: one colour everywhere. kColumns: one column in `period_px` is white, from `step` on.
+  enum class Kind { kBlack, kWhite, kBoard, kPhase, kFlat, kColumns };
   Kind kind = Kind::kBlack;
   PhaseSeries series = {};  // of kPhase
-  int step = 0;
+  int step = 0;             // of kPhase and kColumns
+  Rgb8 color = {};          // of kFlat: codes
+  int period_px = 0;        // of kColumns
   friend bool operator==(const Pattern&, const Pattern&) = default;
 };
 
 struct PatternShot {
   // kDark: all black. kWhite: both panels of a layer white. kLeak: emitter white, modulator black.
-  // kBoard, kPhase: of the panel under test, the layer's other panel white.
-  enum class Kind { kDark, kWhite, kLeak, kBoard, kPhase };
+  // kBoard, kPhase, kFlat: of the panel under test, the layer's other panel white. kMixed: both
+  // panels show the pattern. kLines: the emitter shows it, the modulator is open at kOpeningPx.
+  enum class Kind { kDark, kWhite, kLeak, kBoard, kPhase, kFlat, kMixed, kLines };
   std::string name;  // "03_layer0_modulator_board": its number, then what it is of
   Kind kind = Kind::kDark;
   PanelId panel;       // under test; of kWhite and kLeak its layer counts
   Pattern pattern;     // of the panel under test
   bool again = false;  // repeats an earlier one, to tell whether the camera has moved
+  int exposure = 1;    // times the others' exposure
+  bool first_position_only = false;
 };
+
+// Of the photographs of lines: the emitter's columns are lit one in so many, and the modulator has
+// openings of 1 px as far apart, the first at kOpeningPx.
+inline constexpr int kLinesPeriodPx = 8, kOpeningPx = 4;
 
 struct LayerPatterns {
   Pattern emitter, modulator;
@@ -46,7 +57,7 @@ struct CalibratedPanel {
   std::optional<CharucoBoard> board;  // none under lenses, which do not resolve one
 };
 
-enum class CalibrationMode { kQuick, kPrecise };
+enum class CalibrationMode { kQuick, kPrecise, kPhotometry };
 
 struct ShotList {
   std::string display;
@@ -62,11 +73,17 @@ struct ShotList {
 // quick: dark, white and leak of every layer, a board on every panel, the first board again.
 // precise: sinusoids on every panel as well, and boards where there is room. UsageError where a
 // panel is too small for the board of quick, or there is nothing but lenses, which need sinusoids.
+// photometry: photometric_shots.h. Planes in turn are a varifocal display's.
 ShotList PlanShots(const Calibration& calibration, CalibrationMode mode,
                    bool planes_in_turn = false);
 
 // The image of a pattern. The board's is drawn by calibration/detect_board.h.
 std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern);
+
+std::string PlaceName(const PanelId& panel);  // "layer1_modulator", of names of files
+
+// A line per shot: its name and what it is.
+std::string ListOfShots(const ShotList& list);
 
 // For the person at the camera: how to set it up, and what every shot is.
 std::string DescribeShots(const ShotList& list);

@@ -61,6 +61,8 @@ Image<Rgb> LightOfEmitter(const PanelCalibration& panel, ImageSpan<const Rgb8> c
   const Eigen::Matrix3f primaries = panel.photometry.primaries.cast<float>();
   const bool plain = panel.rgb_stripes ||  // whose colours mix in the eye
                      panel.photometry.primaries == Eigen::Matrix3d::Identity();
+  const GainMap& evenness = panel.photometry.evenness;
+  const bool even = evenness == GainMap();
   Image<Rgb> light(codes.width, codes.height);
   for (int y = 0; y < codes.height; ++y) {
     for (int x = 0; x < codes.width; ++x) {
@@ -69,6 +71,11 @@ Image<Rgb> LightOfEmitter(const PanelCalibration& panel, ImageSpan<const Rgb8> c
       if (!plain) {
         const Eigen::Vector3f mixed = primaries * Eigen::Vector3f(own.r, own.g, own.b);
         own = {mixed.x(), mixed.y(), mixed.z()};
+      }
+      if (!even) {
+        own = static_cast<float>(
+                  GainAt(evenness, (x + 0.5) / codes.width, (y + 0.5) / codes.height)) *
+              own;
       }
       light(x, y) = own;
     }

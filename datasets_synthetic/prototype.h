@@ -30,8 +30,9 @@ struct Prototype {
   std::vector<ShownLayer> shown;  // one per layer
 };
 
-// Panel images from 8-bit codes through the panel's photometry: curve, black level, primaries and
-// spread (crosstalk) of an emitter; curve and leakage of a modulator (grey: the green code).
+// Panel images from 8-bit codes through the panel's photometry: curve, black level, primaries,
+// evenness and spread (crosstalk) of an emitter; curve and leakage of a modulator (grey: the green
+// code).
 Image<Rgb> LightOfEmitter(const PanelCalibration& panel, ImageSpan<const Rgb8> codes);
 Image<float> TransmittanceOfModulator(const PanelCalibration& panel, ImageSpan<const Rgb8> codes);
 

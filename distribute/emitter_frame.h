@@ -12,8 +12,9 @@ namespace lamella {
 // As wide as the panel; of all rows of emitters or some. Emitters without coverage (unknown ones,
 // and guard pixels, which have no ray) are black. A lenticular's channels stay in their pixel: they
 // are the stripes that it stands on, and a panel seen by reflection has them in reverse. Not
-// darkened by the number of layers: the optics that superpose them do that.
+// darkened by the number of layers: the optics that superpose them do that. `first_row` is that of
+// the emitters given.
 Image<Rgb8> EmitterFrame(const EmitterImage& emitters, const Display& display, int layer,
-                         const PanelResponse& response);
+                         const PanelResponse& response, int first_row = 0);
 
 }  // namespace lamella

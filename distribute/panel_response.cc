@@ -31,7 +31,9 @@ Eigen::Matrix3d PanelFromViewer(const Calibration& calibration, std::size_t laye
 double CommonWhite(const Calibration& calibration) {
   double most = 0;
   for (std::size_t layer = 0; layer < calibration.layers.size(); ++layer) {
-    most = std::max(most, PanelFromViewer(calibration, layer).rowwise().sum().maxCoeff());
+    const std::vector<double>& gains = calibration.layers[layer].emitter.photometry.evenness.gains;
+    const double dimmest = *std::min_element(gains.begin(), gains.end());
+    most = std::max(most, PanelFromViewer(calibration, layer).rowwise().sum().maxCoeff() / dimmest);
   }
   return 1 / most;
 }
@@ -61,6 +63,8 @@ PanelResponse PanelResponse::Of(const Calibration& calibration, int layer) {
     return photometry.black + (1 - photometry.black) * LightOfCode(photometry.curve, encoded);
   });
   response.mixes_ = true;
+  response.evenness_ = photometry.evenness;
+  response.is_even_ = photometry.evenness == GainMap();
   const Eigen::Matrix3d mix = CommonWhite(calibration) * PanelFromViewer(calibration, l);
   for (std::size_t row = 0; row < 3; ++row) {
     for (std::size_t column = 0; column < 3; ++column) {

@@ -41,11 +41,20 @@ void CheckCurve(const ToneCurve& curve, const Checker& check) {
                 "the response table does not rise from 0 to 1", "mend its knots");
 }
 
+void CheckEvenness(const GainMap& map, const Checker& check) {
+  check.Require(map.columns >= 1 && map.columns <= 1000 && map.rows >= 1 && map.rows <= 1000 &&
+                    map.gains.size() ==
+                        static_cast<std::size_t>(map.columns) * static_cast<std::size_t>(map.rows),
+                "evenness is not of columns x rows gains", "mend it");
+  for (const double gain : map.gains) check.Between(gain, 1e-3, 1e3, "a gain of evenness");
+}
+
 void CheckPhotometry(const Photometry& photometry, const Checker& check) {
   CheckCurve(photometry.curve, check);
   check.Between(photometry.black, 0, 1 - 1e-9, "black (of a modulator its leakage)");
   check.Between(photometry.falloff, 0, 100, "falloff");
   check.Require(photometry.primaries.allFinite(), "primaries are not finite", "give 9 numbers");
+  CheckEvenness(photometry.evenness, check);
   const SpreadKernel& kernel = photometry.crosstalk;
   const bool square = kernel.size >= 1 && kernel.size <= 99 && kernel.size % 2 == 1 &&
                       static_cast<int>(kernel.weights.size()) == kernel.size * kernel.size;
@@ -129,6 +138,20 @@ double LightOfCode(const ToneCurve& curve, double code) {
   const std::size_t i = std::min(static_cast<std::size_t>(at), curve.table.size() - 2);
   const double t = at - static_cast<double>(i);
   return (1 - t) * curve.table[i] + t * curve.table[i + 1];
+}
+
+double GainAt(const GainMap& map, double x, double y) {
+  const double u = std::clamp(x * map.columns - 0.5, 0.0, map.columns - 1.0);
+  const double v = std::clamp(y * map.rows - 0.5, 0.0, map.rows - 1.0);
+  const int left = static_cast<int>(u), top = static_cast<int>(v);
+  const int right = std::min(left + 1, map.columns - 1), below = std::min(top + 1, map.rows - 1);
+  const auto at = [&](int column, int row) {
+    const int index = row * map.columns + column;
+    return map.gains[static_cast<std::size_t>(index)];
+  };
+  const double s = u - left, t = v - top;
+  return (1 - t) * ((1 - s) * at(left, top) + s * at(right, top)) +
+         t * ((1 - s) * at(left, below) + s * at(right, below));
 }
 
 SpreadKernel GaussianSpread(double sigma_px) {

@@ -40,6 +40,17 @@ struct SpreadKernel {
 // A Gaussian integrated over the pixels, cut at 3 sigma and normalised.
 SpreadKernel GaussianSpread(double sigma_px);
 
+// How bright a panel is from place to place, against its mean: in the middles of columns x rows
+// equal cells, row by row from the top left as the panel is addressed.
+struct GainMap {
+  int columns = 1, rows = 1;
+  std::vector<double> gains{1};
+  friend bool operator==(const GainMap&, const GainMap&) = default;
+};
+// At shares of the panel's width and height, from its left and top: bilinear between the middles,
+// level beyond the outermost.
+double GainAt(const GainMap& map, double x, double y);
+
 // Codes to light (of a modulator: to transmittance):
 //   light = primaries * (black + (1 - black) curve(code)), times cos(angle to the normal)^falloff
 struct Photometry {
@@ -49,6 +60,7 @@ struct Photometry {
   Eigen::Matrix3d primaries = Eigen::Matrix3d::Identity();
   double falloff = 0;      // exponent; 0: as bright from everywhere
   SpreadKernel crosstalk;  // emitters only
+  GainMap evenness;        // emitters only
 };
 
 // Pixel (u, v), edges at whole numbers, v down, to mm, with R half the panel's diagonal:
@@ -115,8 +127,8 @@ Calibration DesignCalibration(const Display& display);
 // UsageError (one line naming layer, panel and field) where a number is not finite or not possible:
 // sizes below 1 px, pitch or index out of range, 1 + s outside [1e-3, 1e3], |a|, |k|, |q| above
 // 0.2, a bow beyond the half diagonal, a negative gap, lenses without a gap, black outside [0, 1),
-// a falling tone curve, spread weights that do not sum to 1, no layer, a layer with both modulator
-// and lenses.
+// a falling tone curve, spread weights that do not sum to 1, gains outside [1e-3, 1e3], no layer, a
+// layer with both modulator and lenses.
 void Check(const Calibration& calibration, const std::string& where);
 
 }  // namespace lamella

@@ -172,6 +172,21 @@ Image<Out> ToImage(const OIIO::ImageBuf& buffer, Convert convert) {
   return image;
 }
 
+Image<Rgb> FiniteNumbers(const OIIO::ImageBuf& buffer, const fs::path& path) {
+  Image<Rgb> image = ToImage<float, Rgb>(buffer, [](float v) { return v; });
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    const Rgb& p = image.data()[i];
+    if (!std::isfinite(p.r) || !std::isfinite(p.g) || !std::isfinite(p.b)) {
+      const int x = static_cast<int>(i) % image.width(), y = static_cast<int>(i) / image.width();
+      throw InputError(
+          path.string(),
+          "has a value that is not finite at pixel " + std::to_string(x) + "," + std::to_string(y),
+          kReplaceIt);
+    }
+  }
+  return image;
+}
+
 void WriteBuffer(const fs::path& path, const OIIO::ImageSpec& spec, const void* pixels,
                  OIIO::TypeDesc type) {
   WriteAtomically(path, [&](const fs::path& temporary) {
@@ -238,18 +253,11 @@ Image<Rgb> ReadImage(const fs::path& path) {
     }
     return ToImage<float, Rgb>(buffer, [](float v) { return SrgbToLinear(v); });
   }
-  Image<Rgb> image = ToImage<float, Rgb>(buffer, [](float v) { return v; });
-  for (std::size_t i = 0; i < image.size(); ++i) {
-    const Rgb& p = image.data()[i];
-    if (!std::isfinite(p.r) || !std::isfinite(p.g) || !std::isfinite(p.b)) {
-      const int x = static_cast<int>(i) % image.width(), y = static_cast<int>(i) / image.width();
-      throw InputError(
-          path.string(),
-          "has a value that is not finite at pixel " + std::to_string(x) + "," + std::to_string(y),
-          kReplaceIt);
-    }
-  }
-  return image;
+  return FiniteNumbers(buffer, path);
+}
+
+Image<Rgb> ReadNumbers(const fs::path& path) {
+  return FiniteNumbers(ReadUpright(path, OIIO::TypeDesc::UNKNOWN), path);
 }
 
 Image<Rgb8> ReadSrgb8(const fs::path& path) {

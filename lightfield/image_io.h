@@ -37,6 +37,10 @@ void CheckImageIsWhole(const std::filesystem::path& path);
 // Non-finite values of float files are an InputError.
 Image<Rgb> ReadImage(const std::filesystem::path& path);
 
+// Upright, the file's own numbers: integers as shares of their full scale, no curve taken off; of
+// linear photographs, whose files do not say that they are.
+Image<Rgb> ReadNumbers(const std::filesystem::path& path);
+
 // Upright, as 8-bit sRGB codes: for features, matching costs and metrics.
 Image<Rgb8> ReadSrgb8(const std::filesystem::path& path);
 

@@ -1,8 +1,12 @@
 #include "pipeline/calibration_patterns.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -23,12 +27,28 @@ constexpr const char* kRecord = "patterns.json";
 constexpr int kMostPx = 1 << 28;
 
 const std::map<Kind, std::string>& KindNames() {
-  static const std::map<Kind, std::string> names = {{Kind::kDark, "dark"},
-                                                    {Kind::kWhite, "white"},
-                                                    {Kind::kLeak, "leak"},
-                                                    {Kind::kBoard, "board"},
-                                                    {Kind::kPhase, "phase"}};
+  static const std::map<Kind, std::string> names = {
+      {Kind::kDark, "dark"},   {Kind::kWhite, "white"}, {Kind::kLeak, "leak"},
+      {Kind::kBoard, "board"}, {Kind::kPhase, "phase"}, {Kind::kFlat, "flat"},
+      {Kind::kMixed, "mixed"}, {Kind::kLines, "lines"}};
   return names;
+}
+
+const std::map<CalibrationMode, std::string>& ModeNames() {
+  static const std::map<CalibrationMode, std::string> names = {
+      {CalibrationMode::kQuick, "quick"},
+      {CalibrationMode::kPrecise, "precise"},
+      {CalibrationMode::kPhotometry, "photometry"}};
+  return names;
+}
+
+// The key of a name; nothing where it is none of them.
+template <class Key>
+std::optional<Key> Named(const std::map<Key, std::string>& names, const std::string& name) {
+  for (const auto& [key, known] : names) {
+    if (known == name) return key;
+  }
+  return std::nullopt;
 }
 
 std::string RoleName(PanelId::Role role) {
@@ -57,9 +77,16 @@ Json ShotsJson(const ShotList& list) {
       }
       layers.push_back(layer);
     }
-    shots.push_back({{"name", shot.name}, {"layers", layers}});
+    Json json = {{"name", shot.name}, {"layers", layers}};
+    if (shot.exposure != 1) json["exposure"] = shot.exposure;
+    if (shot.first_position_only) json["cameras"] = 1;
+    shots.push_back(json);
   }
   return {{"format_version", kFormatVersion}, {"shots", shots}};
+}
+
+bool HasRole(Kind kind) {
+  return kind == Kind::kBoard || kind == Kind::kPhase || kind == Kind::kFlat;
 }
 
 Json RecordJson(const ShotList& list) {
@@ -80,10 +107,17 @@ Json RecordJson(const ShotList& list) {
   for (const PatternShot& shot : list.shots) {
     Json json = {{"name", shot.name}, {"kind", KindNames().at(shot.kind)}};
     if (shot.kind != Kind::kDark) json["layer"] = shot.panel.layer;
-    if (shot.kind == Kind::kBoard || shot.kind == Kind::kPhase) {
-      json["role"] = RoleName(shot.panel.role);
-      json["again"] = shot.again;
+    if (HasRole(shot.kind)) json["role"] = RoleName(shot.panel.role);
+    if (shot.kind == Kind::kBoard || shot.kind == Kind::kPhase) json["again"] = shot.again;
+    if (shot.kind == Kind::kFlat || shot.kind == Kind::kMixed) {
+      json["code"] = {shot.pattern.color.r, shot.pattern.color.g, shot.pattern.color.b};
     }
+    if (shot.kind == Kind::kLines) {
+      json["period_px"] = shot.pattern.period_px;
+      json["step"] = shot.pattern.step;
+    }
+    if (shot.exposure != 1) json["exposure"] = shot.exposure;
+    if (shot.first_position_only) json["first_position_only"] = true;
     if (shot.kind == Kind::kPhase) {
       json["axis"] = shot.pattern.series.axis == PanelAxis::kU ? "u" : "v";
       json["period_px"] = shot.pattern.series.period_px;
@@ -94,7 +128,7 @@ Json RecordJson(const ShotList& list) {
   }
   Json json = {{"format_version", kFormatVersion},
                {"display", list.display},
-               {"mode", list.mode == CalibrationMode::kQuick ? "quick" : "precise"},
+               {"mode", ModeNames().at(list.mode)},
                {"num_layers", list.num_layers}};
   if (list.planes_in_turn) json["planes_in_turn"] = true;
   json["panels"] = panels;
@@ -131,10 +165,13 @@ PatternShot ReadShot(const JsonObject& json, const ShotList& list) {
   PatternShot shot;
   shot.name = json.Text("name");
   const std::string kind = json.Text("kind");
-  const auto known = std::find_if(KindNames().begin(), KindNames().end(),
-                                  [&](const auto& entry) { return entry.second == kind; });
-  if (known == KindNames().end()) throw json.Wrong("kind", "dark, white, leak, board or phase");
-  shot.kind = known->first;
+  const std::optional<Kind> known = Named(KindNames(), kind);
+  if (!known) {
+    throw json.Wrong("kind", "dark, white, leak, board, phase, flat, mixed or lines");
+  }
+  shot.kind = *known;
+  if (json.Has("exposure")) shot.exposure = json.Whole("exposure", 1, 1 << 20);
+  shot.first_position_only = json.HasTrue("first_position_only");
   if (shot.kind == Kind::kDark) return shot;
   shot.panel = ReadPanelId(json, list.num_layers);
   const CalibratedPanel* panel = FindPanel(list, shot.panel);
@@ -143,6 +180,21 @@ PatternShot ReadShot(const JsonObject& json, const ShotList& list) {
   if (shot.kind == Kind::kBoard) {
     if (!panel->board) throw json.Wrong("role", "a panel with a board");
     shot.pattern.kind = Pattern::Kind::kBoard;
+  }
+  if (shot.kind == Kind::kFlat || shot.kind == Kind::kMixed) {
+    const std::vector<double> code = json.Numbers("code", 3);
+    if (*std::min_element(code.begin(), code.end()) < 0 ||
+        *std::max_element(code.begin(), code.end()) > 255) {
+      throw json.Wrong("code", "three codes from 0 to 255");
+    }
+    shot.pattern.kind = Pattern::Kind::kFlat;
+    shot.pattern.color = {static_cast<std::uint8_t>(code[0]), static_cast<std::uint8_t>(code[1]),
+                          static_cast<std::uint8_t>(code[2])};
+  }
+  if (shot.kind == Kind::kLines) {
+    shot.pattern.kind = Pattern::Kind::kColumns;
+    shot.pattern.period_px = json.Whole("period_px", kLinesPeriodPx, kLinesPeriodPx);
+    shot.pattern.step = json.Whole("step", 0, shot.pattern.period_px - 1);
   }
   if (shot.kind == Kind::kPhase) {
     const std::string axis = json.Text("axis");
@@ -158,19 +210,46 @@ PatternShot ReadShot(const JsonObject& json, const ShotList& list) {
 
 Image<Rgb8> Draw(const CalibratedPanel& panel, const Pattern& pattern) {
   if (pattern.kind == Pattern::Kind::kBoard) return DrawBoard(*panel.board);
+  if (pattern.kind == Pattern::Kind::kFlat) {
+    return {panel.size.width_px, panel.size.height_px, pattern.color};
+  }
+  if (pattern.kind == Pattern::Kind::kColumns) {
+    Image<Rgb8> columns(panel.size.width_px, panel.size.height_px);
+    for (int v = 0; v < columns.height(); ++v) {
+      for (int u = pattern.step; u < columns.width(); u += pattern.period_px) {
+        columns(u, v) = {255, 255, 255};
+      }
+    }
+    return columns;
+  }
   return DrawPhase(panel.size.width_px, panel.size.height_px, pattern.series, pattern.step);
+}
+
+// The patterns that shots show and that are no word, by the names of their files.
+std::map<std::string, std::pair<const CalibratedPanel*, Pattern>> FilesOf(const ShotList& list) {
+  std::map<std::string, std::pair<const CalibratedPanel*, Pattern>> files;
+  for (const PatternShot& shot : list.shots) {
+    if (shot.kind == Kind::kDark) continue;
+    const LayerPatterns layer =
+        ShownIn(shot, list.num_layers)[static_cast<std::size_t>(shot.panel.layer)];
+    for (const auto& [role, pattern] : {std::pair{PanelId::kEmitter, layer.emitter},
+                                        std::pair{PanelId::kModulator, layer.modulator}}) {
+      const CalibratedPanel* panel = FindPanel(list, {shot.panel.layer, role});
+      if (panel == nullptr || pattern.kind == Pattern::Kind::kBlack ||
+          pattern.kind == Pattern::Kind::kWhite) {
+        continue;
+      }
+      files[PatternFile(*panel, pattern)] = {panel, pattern};
+    }
+  }
+  return files;
 }
 
 }  // namespace
 
 void WritePatterns(const fs::path& folder, const ShotList& list, Progress& progress) {
   CreateFolder(folder);
-  std::map<std::string, std::pair<const CalibratedPanel*, Pattern>> files;
-  for (const PatternShot& shot : list.shots) {
-    if (shot.kind != Kind::kBoard && shot.kind != Kind::kPhase) continue;
-    const CalibratedPanel* panel = FindPanel(list, shot.panel);
-    files[PatternFile(*panel, shot.pattern)] = {panel, shot.pattern};
-  }
+  const std::map<std::string, std::pair<const CalibratedPanel*, Pattern>> files = FilesOf(list);
   progress.Start("patterns", static_cast<std::int64_t>(files.size()), "images");
   for (const auto& [name, drawn] : files) {
     WriteCodes8(folder / name, Draw(*drawn.first, drawn.second).span());
@@ -187,8 +266,9 @@ ShotList LoadShotList(const fs::path& folder) {
   ShotList list;
   list.display = json.Text("display");
   const std::string mode = json.Text("mode");
-  if (mode != "quick" && mode != "precise") throw json.Wrong("mode", "quick or precise");
-  list.mode = mode == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise;
+  const std::optional<CalibrationMode> known = Named(ModeNames(), mode);
+  if (!known) throw json.Wrong("mode", "quick, precise or photometry");
+  list.mode = *known;
   list.num_layers = json.Whole("num_layers", 1, 1024);
   list.planes_in_turn = json.HasTrue("planes_in_turn");
   for (const JsonObject& panel : json.Objects("panels")) {

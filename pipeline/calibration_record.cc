@@ -45,7 +45,11 @@ Json ToJson(const PanelCalibration& panel) {
           {"black", light.black},
           {"primaries", rows},
           {"falloff", light.falloff},
-          {"crosstalk", {{"size", light.crosstalk.size}, {"weights", light.crosstalk.weights}}}};
+          {"crosstalk", {{"size", light.crosstalk.size}, {"weights", light.crosstalk.weights}}},
+          {"evenness",
+           {{"columns", light.evenness.columns},
+            {"rows", light.evenness.rows},
+            {"gains", light.evenness.gains}}}};
 }
 
 const char* NameOf(LensLattice::Type type) {
@@ -132,13 +136,19 @@ Photometry ReadPhotometry(const JsonObject& json) {
     kernel.CheckKeys({"size", "weights"});
     light.crosstalk = {kernel.Whole("size", 1, 99), kernel.Numbers("weights")};
   }
+  if (json.Has("evenness")) {
+    const JsonObject map = json.Object("evenness");
+    map.CheckKeys({"columns", "rows", "gains"});
+    light.evenness = {map.Whole("columns", 1, 1000), map.Whole("rows", 1, 1000),
+                      map.Numbers("gains")};
+  }
   return light;
 }
 
 PanelCalibration ReadPanel(const JsonObject& json) {
   json.CheckKeys({"width_px", "height_px", "pitch_mm", "scale", "aspect", "skew", "bow_mm",
                   "pincushion", "mirror_x", "rgb_stripes", "response", "black", "primaries",
-                  "falloff", "crosstalk"});
+                  "falloff", "crosstalk", "evenness"});
   PanelCalibration panel;
   panel.width_px = json.Whole("width_px", 1, 1 << 20);
   panel.height_px = json.Whole("height_px", 1, 1 << 20);

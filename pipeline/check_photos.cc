@@ -1,6 +1,7 @@
 #include "pipeline/check_photos.h"
 
 #include "lightfield/color.h"
+#include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/image_folder.h"
@@ -33,6 +34,10 @@ CheckedPhotos CheckPhotos(
     Progress& progress) {
   CheckedPhotos checked;
   checked.list = LoadShotList(patterns);
+  if (checked.list.mode == CalibrationMode::kPhotometry) {
+    throw UsageError(patterns.string(), "has patterns of photometry, which say nothing of geometry",
+                     "use lamella calibrate photometry, or give patterns of quick or precise");
+  }
   PhotoCheck check(checked.list);
   const std::vector<NamedFile> files = ImagesOf(photos);
   progress.Start("photographs", static_cast<std::int64_t>(files.size()), "photographs");

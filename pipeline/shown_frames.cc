@@ -118,12 +118,15 @@ std::vector<Shot> ReadShots(const fs::path& file) {
   json.CheckKeys({"format_version", "shots"});
   std::vector<Shot> shots;
   for (const JsonObject& object : json.Objects("shots")) {
-    object.CheckKeys({"name", "layers"});
+    object.CheckKeys({"name", "layers", "exposure", "cameras"});
     Shot shot;
     shot.name = object.Text("name");
     if (shot.name.empty() || shot.name.find('/') != std::string::npos) {
       throw object.Wrong("name", "a part of a file's name");
     }
+    shot.exposure = object.NumberOr("exposure", 1);
+    if (!(shot.exposure > 0)) throw object.Wrong("exposure", "a factor above 0");
+    if (object.Has("cameras")) shot.cameras = object.Whole("cameras", 1, 1 << 20);
     for (const JsonObject& layer : object.Objects("layers"))
       shot.layers.push_back(ReadLayer(layer));
     shots.push_back(std::move(shot));

@@ -18,6 +18,8 @@ struct Shot {
   };
   std::string name;
   std::vector<LayerFiles> layers;
+  double exposure = 1;  // times that of the others
+  int cameras = 0;      // photographed from so many of them only, from the first on; 0: from all
 };
 
 // The frames of W/frames/frames.json as one shot, named "frames". The planes of a varifocal display

@@ -38,7 +38,7 @@ void WriteSlotFrames(const ReadEmitterRows& emitters, const Display& display, in
   }
   for (int row = 0; row < display.emitter_rows(); row += rows_at_once) {
     const int end = std::min(row + rows_at_once, display.emitter_rows());
-    emitter.Write(EmitterFrame(emitters(row, end), display, layer, response));
+    emitter.Write(EmitterFrame(emitters(row, end), display, layer, response, row));
     if (modulator) modulator->Write(ModulatorFrame(display, layer, slot, row, end));
   }
   emitter.Close();

@@ -1,8 +1,11 @@
 #include "pipeline/synth_photos.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <set>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -116,6 +119,23 @@ void WritePhotograph(const fs::path& file, const Image<Rgb>& numbers,
   }
 }
 
+// One exposure for all, as of a locked camera; shots may multiply it.
+double ExposureOf(const SynthPhotosOptions& options, const std::vector<Shot>& shots,
+                  const Calibration& calibration) {
+  if (options.exposure) return *options.exposure;
+  double white = 0;
+  for (const Shot& shot : shots) {
+    white = std::max(white, WhiteOf(calibration, LoadShot(shot, calibration)));
+  }
+  return white > 0 ? 1 / white : 1;
+}
+
+std::span<const View> CamerasOf(const Shot& shot, const std::vector<View>& cameras) {
+  const std::span<const View> all(cameras);
+  const auto count = static_cast<std::size_t>(shot.cameras);
+  return count > 0 && count < all.size() ? all.first(count) : all;
+}
+
 PrototypeCamera CameraOf(const View& view, const SynthPhotosOptions& options) {
   return {view.camera,      view.camera_from_world, options.aperture_mm,
           options.focus_mm, options.vignetting,     options.blur_px};
@@ -218,26 +238,20 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
   if (options.aperture_mm > 0 && !(options.focus_mm > 0)) {
     throw UsageError("--aperture-mm", "has no --focus-mm", "give the distance of the sharp plane");
   }
-  // One exposure for all, as of a locked camera.
-  std::optional<double> exposure = options.exposure;
-  if (!exposure) {
-    double white = 0;
-    for (const Shot& shot : shots) {
-      white =
-          std::max(white, WhiteOf(prototype.calibration, LoadShot(shot, prototype.calibration)));
-    }
-    exposure = white > 0 ? 1 / white : 1;
-  }
-  const Sensor sensor = SensorOf(options, *exposure);
+  const double exposure = ExposureOf(options, shots, prototype.calibration);
+  Sensor sensor = SensorOf(options, exposure);
   CreateFolder(out / "images");
   std::int64_t rows = 0;
-  for (const View& view : cameras) rows += view.camera.height;
-  progress.Start("photographs", rows * static_cast<std::int64_t>(shots.size()), "rows");
+  for (const Shot& shot : shots) {
+    for (const View& view : CamerasOf(shot, cameras)) rows += view.camera.height;
+  }
+  progress.Start("photographs", rows, "rows");
   TransformsJson transforms;
   Json photos = Json::array();
   for (const Shot& shot : shots) {
     prototype.shown = LoadShot(shot, prototype.calibration);
-    for (const View& view : cameras) {
+    sensor.exposure = exposure * shot.exposure;
+    for (const View& view : CamerasOf(shot, cameras)) {
       View photo = view;
       photo.name = PhotoName(view, shot, shots.size());
       photo.image = out / "images" / fmt::format("{}.{}", photo.name, options.format);
@@ -245,14 +259,17 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
           PhotographPrototype(prototype, CameraOf(view, options), options.samples, progress);
       const auto seed = (static_cast<std::uint64_t>(options.seed) << 32) + photos.size();
       WritePhotograph(photo.image, Develop(light.span(), sensor, seed), options);
-      photos.push_back({{"file", fmt::format("images/{}.{}", photo.name, options.format)},
-                        {"camera", view.name},
-                        {"shot", shot.name}});
+      Json taken = {{"file", fmt::format("images/{}.{}", photo.name, options.format)},
+                    {"camera", view.name},
+                    {"shot", shot.name}};
+      if (shot.exposure != 1) taken["exposure"] = shot.exposure;
+      photos.push_back(std::move(taken));
       transforms.views.push_back(std::move(photo));
     }
   }
   WriteTransformsJson(out / "transforms.json", transforms);
   SaveCalibration(out / "calibration.json", prototype.calibration);
+  sensor.exposure = exposure;
   const Json record = {{"format_version", kFormatVersion},
                        {"display", prototype.calibration.display},
                        {"sensor", SensorJson(options, sensor)},

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <string>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
@@ -14,9 +15,10 @@
 #include "lightfield/error.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/calibration_record.h"
-#include "pipeline/calibration_set_up.h"
 #include "pipeline/calibration_report.h"
+#include "pipeline/calibration_set_up.h"
 #include "pipeline/check_photos.h"
+#include "pipeline/measure_photometry.h"
 #include "pipeline/program/command_line.h"
 #include "pipeline/report/calibration_page.h"
 #include "pipeline/solve_photos.h"
@@ -25,6 +27,11 @@
 
 namespace lamella {
 namespace {
+
+CalibrationMode ModeOf(const std::string& name) {
+  if (name == "photometry") return CalibrationMode::kPhotometry;
+  return name == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise;
+}
 
 void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
   struct Arguments {
@@ -36,8 +43,9 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
   verb.add_option("DISPLAY", arguments->display, "preset or file")->required();
   verb.add_option("--out", arguments->out, "folder to write to")->required();
   verb.add_option("--mode", arguments->mode,
-                  "quick: a board of markers per panel; precise: sinusoids as well [quick]")
-      ->check(CLI::IsMember({"quick", "precise"}));
+                  "quick: a board of markers per panel; precise: sinusoids as well; photometry: "
+                  "levels, colours and lines, for `calibrate photometry` [quick]")
+      ->check(CLI::IsMember({"quick", "precise", "photometry"}));
   AddGlobalOptions(verb, invocation);
   verb.footer(
       "Writes the panels' images (PNG), shots.txt (how to photograph them), shots.json (what "
@@ -52,10 +60,8 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) {
       const Display display = FindDisplay(arguments->display);
-      const ShotList list = PlanShots(
-          DesignCalibration(display),
-          arguments->mode == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise,
-          display.varifocal.has_value());
+      const ShotList list = PlanShots(DesignCalibration(display), ModeOf(arguments->mode),
+                                      display.varifocal.has_value());
       WritePatterns(arguments->out, list, progress);
       WriteTextAtomically(std::filesystem::path(arguments->out) / kPatternsDisplay,
                           ToToml(display));
@@ -278,6 +284,76 @@ void AddReport(CLI::App& calibrate, Invocation& invocation) {
   });
 }
 
+struct PhotometryArguments {
+  MeasurePhotometryOptions options;
+  std::string curve = "linear";
+  std::filesystem::path out;
+};
+
+ExitCode RunPhotometry(PhotometryArguments arguments, Progress& progress) {
+  const std::filesystem::path& out = arguments.out;
+  std::filesystem::path text_file = out;
+  text_file.replace_extension(".photometry.txt");
+  for (const auto& file : {out, text_file}) CheckWritable(file);
+  if (arguments.curve == "srgb") arguments.options.curve = PhotoCurve::kSrgb;
+  if (arguments.curve == "estimate") arguments.options.curve = PhotoCurve::kEstimated;
+  const MeasuredPhotometry measured = MeasurePhotometry(arguments.options, progress);
+  std::string text;
+  for (const std::string& line : measured.lines) text += line + "\n";
+  for (const std::string& line : measured.warnings) text += "note: " + line + "\n";
+  fmt::print("{}", text);
+  WriteTextAtomically(text_file, text);
+  const std::filesystem::path& given = arguments.options.calibration;
+  SaveCalibration(out, measured.calibration, given.empty() ? std::nullopt : LoadMeasurement(given));
+  return ExitCode::kDone;
+}
+
+void AddPhotometry(CLI::App& calibrate, Invocation& invocation) {
+  CLI::App& verb = *calibrate.add_subcommand(
+      "photometry",
+      "the panels' response, black, colours, fall-off and crosstalk from photographs");
+  auto arguments = std::make_shared<PhotometryArguments>();
+  MeasurePhotometryOptions& options = arguments->options;
+  verb.add_option("DIR", options.patterns,
+                  "folder that `calibrate patterns --mode photometry` wrote")
+      ->required();
+  verb.add_option("PHOTOS", options.photos,
+                  "folder of the photographs, of one camera; their names sort as they were taken")
+      ->required();
+  verb.add_option("--calibration", options.calibration,
+                  "calibration.json to take the geometry from [the display as designed]");
+  verb.add_option("--out", arguments->out,
+                  "calibration.json to write; FILE.photometry.txt lies beside it")
+      ->required();
+  verb.add_option("--curve", arguments->curve,
+                  "of the numbers of integer files: linear, srgb, or estimate: from the exposures, "
+                  "the only one for 8 bits [linear]; EXR is linear")
+      ->check(CLI::IsMember({"linear", "srgb", "estimate"}));
+  verb.add_option("--focal-px", options.focal_px, "the camera's focal length, roughly [found]")
+      ->check(CLI::PositiveNumber);
+  verb.add_option(
+          "--pupil-mm", options.pupil_mm,
+          "diameter of the camera's entrance pupil, its focal length by its f-number; it is "
+          "taken out of the crosstalk [0]")
+      ->check(CLI::NonNegativeNumber);
+  AddGlobalOptions(verb, invocation);
+  verb.footer(
+      "Photographs are linear: raw files developed without a tone curve to 16-bit TIFF or PNG, or\n"
+      "EXR; 8-bit files need --curve estimate. shots.txt of DIR says what to photograph.\n\n"
+      "Example: a virtual display measured, its frames for what its panels really show\n"
+      "  lamella calibrate patterns paper-two-layer --mode photometry --out light\n"
+      "  lamella synth photos --misalignment true.json --shots light/shots.json --views 4 \\\n"
+      "      --curve linear --bits 16 --exposure 1.6 --out lit\n"
+      "  lamella calibrate photometry light lit/images --calibration calibration.json \\\n"
+      "      --out lit.json\n"
+      "  lamella run PHOTOS --display paper-two-layer --calibration lit.json");
+  verb.callback([arguments, &invocation] {
+    invocation.action = [arguments](Progress& progress) {
+      return RunPhotometry(*arguments, progress);
+    };
+  });
+}
+
 }  // namespace
 
 void AddCalibrate(CLI::App& program, Invocation& invocation) {
@@ -288,6 +364,7 @@ void AddCalibrate(CLI::App& program, Invocation& invocation) {
   AddCheck(app, invocation);
   AddSolve(app, invocation);
   AddReport(app, invocation);
+  AddPhotometry(app, invocation);
 }
 
 }  // namespace lamella

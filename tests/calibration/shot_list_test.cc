@@ -1,5 +1,6 @@
 #include "calibration/shot_list.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -125,6 +126,45 @@ TEST(PlanShots, LeavesOutBoardsThatHaveNoRoom) {
   EXPECT_FALSE(list.panels[0].board);
   // A period of 128 px is the coarsest that 60 px need.
   EXPECT_EQ(list.shots.size(), 3U + 2 * (12 + 16) + 1);
+}
+
+TEST(PlanShots, MeasuresLightAtTheFirstPositionInFull) {
+  const ShotList list = PlanShots(TwoLayers(), CalibrationMode::kPhotometry);
+  const auto named = [&](const std::string& name) {
+    const auto shot = std::find_if(list.shots.begin(), list.shots.end(), [&](const auto& s) {
+      return s.name.substr(s.name.find('_') + 1) == name;
+    });
+    EXPECT_NE(shot, list.shots.end()) << name;
+    return *shot;
+  };
+  // Dark, and of each layer two boards and white; then dark twice, per layer 3 colours, both panels
+  // mixed and 8 lines, per panel 16 levels but white, 7 of them again and 4 a third time.
+  EXPECT_EQ(list.shots.size(), 1U + 2 * 3 + 2 + 2 * 12 + 4 * 27);
+  EXPECT_EQ(list.shots[6].name, "007_layer1_white");
+  EXPECT_FALSE(list.shots[6].first_position_only);
+  EXPECT_TRUE(list.shots[7].first_position_only);
+  EXPECT_EQ(named("dark_x64").exposure, 64);
+  EXPECT_EQ(named("layer1_modulator_032_x8").pattern.color, (Rgb8{32, 32, 32}));
+  const PatternShot level = named("layer1_modulator_032_x8");
+  const std::vector<LayerPatterns> shown = ShownIn(level, 2);
+  EXPECT_EQ(shown[0].emitter.kind, Pattern::Kind::kBlack);
+  EXPECT_EQ(shown[1].emitter.kind, Pattern::Kind::kWhite);
+  EXPECT_EQ(shown[1].modulator, level.pattern);
+  EXPECT_EQ(PatternFile(list.panels[0], level.pattern), "flat_1920x1080_202020.png");
+  const LayerPatterns lines = ShownIn(named("layer0_lines_3"), 2)[0];
+  EXPECT_EQ(lines.emitter.step, 3);
+  EXPECT_EQ(lines.modulator.step, kOpeningPx);
+  EXPECT_EQ(PatternFile(list.panels[0], lines.modulator), "columns_1920x1080_8_4.png");
+  EXPECT_EQ(ShownIn(named("layer0_emitter_red"), 2)[0].emitter.color, (Rgb8{255, 0, 0}));
+  EXPECT_THAT(DescribeShots(list), HasSubstr("141 photographs from the first camera position, 7"));
+  EXPECT_THAT(DescribeShots(list),
+              HasSubstr("layer 0 emitter: code 48; its modulator white, exposed 64 times as long"));
+  Calibration lenses = TwoLayers();
+  for (LayerCalibration& layer : lenses.layers) {
+    layer.modulator.reset();
+    layer.lattice = LensLattice{};
+  }
+  EXPECT_THROW(PlanShots(lenses, CalibrationMode::kPhotometry), Error);
 }
 
 TEST(DescribeShots, SaysWhatEveryShotIs) {

@@ -147,6 +147,20 @@ TEST(LightOfEmitter, AppliesCurveBlackAndPrimaries) {
   EXPECT_THROW(LightOfEmitter(panel, Image<Rgb8>(2, 1).span()), Error);
 }
 
+TEST(LightOfEmitter, IsAsUnevenAsThePanel) {
+  PanelCalibration panel;
+  panel.width_px = 8;
+  panel.height_px = 4;
+  panel.pitch_mm = 1;
+  panel.photometry.evenness = {2, 2, {1, 0.5, 0.8, 0.6}};
+  const Image<Rgb> light = LightOfEmitter(panel, Image<Rgb8>(8, 4, {255, 255, 255}).span());
+  EXPECT_NEAR(light(0, 0).r, 1, 1e-6);
+  EXPECT_NEAR(light(7, 0).g, 0.5, 1e-6);
+  EXPECT_NEAR(light(0, 3).b, 0.8, 1e-6);
+  EXPECT_NEAR(light(7, 3).b, 0.6, 1e-6);
+  EXPECT_NEAR(light(3, 0).r, 1 - 0.5 * 3 / 8, 1e-6);  // 3/8 of the way between the middles
+}
+
 TEST(LightOfEmitter, HandsLightToNeighboursByTheKernel) {
   PanelCalibration panel;
   panel.width_px = 20;

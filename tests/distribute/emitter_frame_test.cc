@@ -60,6 +60,27 @@ TEST(EmitterFrame, FlipsBothFramesOfALayerSeenByReflection) {
   EXPECT_EQ(frame(3, 7).r, 3);
 }
 
+// By places of the panel as it is addressed, of all rows or some.
+TEST(EmitterFrame, EvensOutThePanel) {
+  const Display display = Small("paper-two-layer");
+  Calibration calibration = DesignCalibration(display);
+  GainMap& evenness = calibration.layers[0].emitter.photometry.evenness;
+  evenness = {2, 2, {1, 0.5, 0.8, 0.6}};
+  const PanelResponse response = PanelResponse::Of(calibration, 0);
+  const EmitterImage grey{Image<Rgb>(36, 24, {0.4F, 0.4F, 0.4F}), Image<float>(36, 24, 1.0F)};
+  const Image<Rgb8> frame = EmitterFrame(grey, display, 0, response);
+  const double white = CommonWhite(calibration) / calibration.layers[0].gain;
+  for (int y = 0; y < 24; ++y) {
+    for (int x = 0; x < 36; ++x) {
+      const double shown = GainAt(evenness, (x + 0.5) / 36, (y + 0.5) / 24) *
+                           static_cast<double>(Srgb8ToLinear(frame(x, y).g));
+      EXPECT_NEAR(shown, 0.4 * white, 0.004);
+    }
+  }
+  const EmitterImage rows{Image<Rgb>(36, 4, {0.4F, 0.4F, 0.4F}), Image<float>(36, 4, 1.0F)};
+  EXPECT_EQ(EmitterFrame(rows, display, 0, response, 20)(3, 1), frame(3, 21));
+}
+
 TEST(EmitterFrame, ShowsNothingWhereNothingIsKnown) {
   const Display display = Small("paper-one-layer");
   EmitterImage image = Numbered(display);

@@ -1,6 +1,7 @@
 #include "distribute/panel_response.h"
 
 #include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -66,6 +67,27 @@ TEST(PanelResponse, MakesCalibratedLayersAlike) {
   EXPECT_NEAR(CommonWhite(DesignCalibration(display)), 0.5, 1e-12);
   back.primaries.setOnes();
   EXPECT_THROW(CommonWhite(calibration), Error);
+}
+
+TEST(PanelResponse, EvensOutPanels) {
+  Display display;
+  display.name = "uneven";
+  display.layers.resize(1);
+  Calibration calibration = DesignCalibration(display);
+  Photometry& photometry = calibration.layers[0].emitter.photometry;
+  photometry.curve = {ToneCurve::Kind::kGamma, 2.2, {}};
+  photometry.evenness = {3, 2, {0.8, 1, 1.1, 0.9, 1.05, 1.15}};
+  EXPECT_NEAR(CommonWhite(calibration), 0.8, 1e-12);
+  const PanelResponse response = PanelResponse::Of(calibration, 0);
+  // In the middles of the cells as they are given, and half-way between them.
+  const std::pair<Eigen::Vector2d, double> places[] = {{{1 / 6.0, 0.25}, 0.8}, {{0.5, 0.25}, 1},
+                                                       {{0.5, 0.75}, 1.05},    {{1, 0.75}, 1.15},
+                                                       {{2 / 6.0, 0.25}, 0.9}, {{0.5, 0.5}, 1.025}};
+  for (const auto& [place, gain] : places) {
+    const Rgb8 code = response.Codes({0.5F, 0.5F, 1}, place.x(), place.y());
+    EXPECT_NEAR(gain * std::pow(code.r / 255.0, 2.2), 0.8 * 0.5, 0.004);
+    EXPECT_NEAR(gain * std::pow(code.b / 255.0, 2.2), 0.8, 0.005);
+  }
 }
 
 }  // namespace

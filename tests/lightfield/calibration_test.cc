@@ -160,6 +160,14 @@ TEST(CheckCalibration, NamesWhatIsWrong) {
   EXPECT_THAT(
       refusal([](Calibration& c) { c.layers[0].emitter.photometry.crosstalk.weights = {0.9}; }),
       HasSubstr("sum to 0.9"));
+  EXPECT_THAT(refusal([](Calibration& c) {
+                c.layers[0].emitter.photometry.evenness = {2, 2, {1}};
+              }),
+              HasSubstr("evenness is not of columns x rows"));
+  EXPECT_THAT(refusal([](Calibration& c) {
+                c.layers[0].emitter.photometry.evenness = {1, 1, {0}};
+              }),
+              HasSubstr("a gain of evenness"));
   EXPECT_THAT(refusal([](Calibration& c) { c.layers[0].emitter.photometry.black = 1; }),
               HasSubstr("black"));
   EXPECT_THAT(

@@ -38,6 +38,7 @@ Calibration Everything() {
   panel.photometry.primaries << 0.9, 0.1, 0, 0.05, 0.9, 0.1, 0, 0.03, 1.0 / 3;
   panel.photometry.falloff = 0.7;
   panel.photometry.crosstalk = GaussianSpread(0.6);
+  panel.photometry.evenness = {2, 1, {1.1, 0.9}};
   layer.modulator->photometry.curve = {ToneCurve::Kind::kGamma, 1.8, {}};
   LayerCalibration& lenses = calibration.layers[1];
   lenses.modulator.reset();
@@ -60,6 +61,7 @@ TEST(CalibrationRecord, ReadsBackEveryBit) {
   EXPECT_EQ(a.emitter.photometry.primaries, b.emitter.photometry.primaries);
   EXPECT_EQ(a.emitter.photometry.curve, b.emitter.photometry.curve);
   EXPECT_EQ(a.emitter.photometry.crosstalk, b.emitter.photometry.crosstalk);
+  EXPECT_EQ(a.emitter.photometry.evenness, b.emitter.photometry.evenness);
   EXPECT_EQ(a.modulator->photometry.curve, b.modulator->photometry.curve);
   EXPECT_EQ(a.emitter.bow_mm, b.emitter.bow_mm);
   EXPECT_TRUE(a.emitter.mirror_x && a.emitter.rgb_stripes);
