@@ -146,7 +146,7 @@ void MisstateShutters(const fs::path& file) {
 Calibration Photograph(const fs::path& folder) {
   WriteTextAtomically(folder / "small.toml", kDisplay);
   const Calibration design = DesignCalibration(ReadDisplay(folder / "small.toml"));
-  const Calibration truth = TruthOf(design);
+  Calibration truth = TruthOf(design);
   SaveCalibration(folder / "true.json", truth);
   SaveCalibration(folder / "geometry.json", design);
   WriteShorterPatterns(folder / "light", design);
