@@ -70,7 +70,7 @@ std::vector<Patch> PatchesOf(const ScreenMap& map, const PanelCalibration& panel
   std::vector<Patch> all;
   for (auto& [key, patch] : patches) {
     patch.KeepWhatAgrees();
-    all.push_back(std::move(patch));
+    if (!patch.x.empty()) all.push_back(std::move(patch));
   }
   return all;
 }

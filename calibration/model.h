@@ -1,5 +1,6 @@
-// The model of a photograph of a panel: from a panel's pixel to the photograph's, as one formula
-// for values (T = double) and for derivatives (T = ceres::Jet). calibration.md section 1; lengths
+// The model of a photograph of a panel: from a panel's pixel to the direction in which a camera
+// sees it, and from there to the photograph's pixel, each as one formula for values (T = double)
+// and for derivatives (T = ceres::Jet). calibration.md section 1; lengths
 // in mm. lightfield/panel_rays.h goes the other way, along a line of sight to the panel's pixel.
 #pragma once
 

@@ -100,17 +100,6 @@ struct PhotoPoints {
   std::vector<Point> points;
 };
 
-// Ceres applies a loss to a block's residuals together; this is for the two of a point, as Ceres
-// would for a block: both are scaled by the root of the loss's slope, which gives its gradient and
-// the Hessian of reweighted least squares. What the scaled square lacks of the loss is added up.
-double ScaleOfLoss(const ceres::LossFunction* loss, const Vector2d& residual, double& lacking) {
-  if (loss == nullptr) return 1;
-  double rho[3];
-  loss->Evaluate(residual.squaredNorm(), rho);
-  lacking += rho[0] - rho[1] * residual.squaredNorm();
-  return std::sqrt(rho[1]);
-}
-
 Matrix3d CrossMatrix(const Vector3d& v) {
   Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;

@@ -54,19 +54,25 @@ void SetResidual(const WhitenedPixel& seen, const model::Vec2<T>& predicted, T* 
   }
 }
 
-// Ceres applies a loss to a block's residuals together; this applies it to the two of a point, as
-// Ceres would to a block: scaled by the root of the loss's slope, which gives its gradient and the
-// Hessian of reweighted least squares. Returns what the scaled square lacks of the loss.
+// Ceres applies a loss to a block's residuals together; this is for the two of a point, as Ceres
+// would for a block: both are scaled by the root of the loss's slope, which gives its gradient and
+// the Hessian of reweighted least squares. What the scaled square lacks of the loss is added up.
+inline double ScaleOfLoss(const ceres::LossFunction* loss, const Eigen::Vector2d& residual,
+                          double& lacking) {
+  if (loss == nullptr) return 1;
+  double rho[3];
+  loss->Evaluate(residual.squaredNorm(), rho);
+  lacking += rho[0] - rho[1] * residual.squaredNorm();
+  return std::sqrt(rho[1]);
+}
+
 template <class T>
 double ApplyLoss(const ceres::LossFunction& loss, T* r) {
-  const double x = model::ValueOf(r[0]), y = model::ValueOf(r[1]);
-  const double squared = x * x + y * y;
-  double rho[3];
-  loss.Evaluate(squared, rho);
-  const double scale = std::sqrt(rho[1]);
+  double lacking = 0;
+  const double scale = ScaleOfLoss(&loss, {model::ValueOf(r[0]), model::ValueOf(r[1])}, lacking);
   r[0] *= T(scale);
   r[1] *= T(scale);
-  return rho[0] - rho[1] * squared;
+  return lacking;
 }
 
 }  // namespace lamella

@@ -23,9 +23,12 @@ constexpr double kRelativeError = 1e-3;  // of a reading: flicker and drift of l
 constexpr int kNumKnots = 33;
 constexpr int kIterations = 20;  // Gauss-Newton from values that are nearly right takes 4
 
+// No reading is exact, not even a black one without noise: numbers have 16 bits at best.
+constexpr double kLeastVariance = 1.0 / 12 / 65535 / 65535 / 2000;  // of a mean of 2000 px
+
 double WeightOf(const FlatReading& reading) {
   const double relative = kRelativeError * reading.light;
-  return 1 / (reading.variance + relative * relative);
+  return 1 / (reading.variance + relative * relative + kLeastVariance);
 }
 
 std::size_t ToSize(int value) { return static_cast<std::size_t>(value); }

@@ -51,7 +51,7 @@ struct GainMap {
 // level beyond the outermost.
 double GainAt(const GainMap& map, double x, double y);
 
-// Codes to light (of a modulator: to transmittance):
+// Codes to light before an emitter's evenness (of a modulator: to transmittance):
 //   light = primaries * (black + (1 - black) curve(code)), times cos(angle to the normal)^falloff
 struct Photometry {
   ToneCurve curve;

@@ -276,6 +276,7 @@ ShotList LoadShotList(const fs::path& folder) {
   }
   for (const JsonObject& shot : json.Objects("shots")) list.shots.push_back(ReadShot(shot, list));
   if (list.shots.empty()) throw json.Wrong("shots", "one or more");
+  if (list.panels.empty()) throw json.Wrong("panels", "one or more");
   return list;
 }
 

@@ -23,7 +23,8 @@ Display DisplayOfPatterns(const fs::path& patterns, const std::string& display,
   return fs::exists(beside, error) ? ReadDisplay(beside) : FindDisplay(list.display);
 }
 
-// The panels that the patterns were made for are the design's.
+}  // namespace
+
 void CheckDesign(const Calibration& design, const ShotList& list, const std::string& where) {
   for (const CalibratedPanel& panel : list.panels) {
     const auto i = static_cast<std::size_t>(panel.id.layer);
@@ -43,11 +44,9 @@ void CheckDesign(const Calibration& design, const ShotList& list, const std::str
                     "of {} were made",
                     design.display, NameOf(panel.id), panel.size.width_px, panel.size.height_px,
                     panel.mirrored ? " seen in a mirror" : "", list.display),
-        "give --display the file that the patterns were made of");
+        "give the display that the patterns were made of");
   }
 }
-
-}  // namespace
 
 CalibrationSetUp LoadCalibrationSetUp(const fs::path& patterns, const std::string& display) {
   CalibrationSetUp set_up;

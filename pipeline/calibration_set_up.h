@@ -21,6 +21,9 @@ struct CalibrationSetUp {
 CalibrationSetUp LoadCalibrationSetUp(const std::filesystem::path& patterns,
                                       const std::string& display);
 
+// UsageError naming `where` unless the panels that the patterns were made for are the design's.
+void CheckDesign(const Calibration& design, const ShotList& list, const std::string& where);
+
 // The box in which eyes see the display cleanly, at least 65 mm wide and high, from 0.8 to 1.2
 // viewing distances.
 EyeBox CleanEyesOf(const Display& display);

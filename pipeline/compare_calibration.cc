@@ -30,7 +30,8 @@ void CheckAlike(const Calibration& a, const Calibration& b) {
   for (std::size_t i = 0; i < a.layers.size(); ++i) {
     const LayerCalibration &of_a = a.layers[i], &of_b = b.layers[i];
     if (of_a.modulator.has_value() != of_b.modulator.has_value() ||
-        of_a.lattice.has_value() != of_b.lattice.has_value()) {
+        of_a.lattice.has_value() != of_b.lattice.has_value() ||
+        (of_a.lattice && of_a.lattice->type != of_b.lattice->type)) {
       throw different(fmt::format("layer {} has other optics", i));
     }
     if (!SameSize(of_a.emitter, of_b.emitter) ||

@@ -20,6 +20,7 @@
 #include "lightfield/panel_rays.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/calibration_record.h"
+#include "pipeline/calibration_set_up.h"
 #include "pipeline/panel_region.h"
 
 namespace lamella {
@@ -34,29 +35,10 @@ constexpr double kMostExposureError =
     0.25;  // of a shutter's times; tone curves make 1 : 8 a 1 : 2.6
 
 Calibration GivenCalibration(const MeasurePhotometryOptions& options) {
-  if (!options.calibration.empty()) return LoadCalibration(options.calibration);
-  return DesignCalibration(ReadDisplay(options.patterns / kPatternsDisplay));
-}
-
-void CheckPanels(const Calibration& calibration, const PhotometricLight& light,
-                 const std::string& where) {
-  for (const CalibratedPanel& panel : light.list.panels) {
-    const auto l = static_cast<std::size_t>(panel.id.layer);
-    const PanelCalibration* built = nullptr;
-    if (l < calibration.layers.size()) {
-      const LayerCalibration& layer = calibration.layers[l];
-      if (panel.id.role == PanelId::kEmitter) built = &layer.emitter;
-      if (panel.id.role == PanelId::kModulator && layer.modulator) built = &*layer.modulator;
-    }
-    if (built != nullptr && built->width_px == panel.size.width_px &&
-        built->height_px == panel.size.height_px) {
-      continue;
-    }
-    throw UsageError(where,
-                     fmt::format("has no {} of {} x {} px, of which the patterns are",
-                                 NameOf(panel.id), panel.size.width_px, panel.size.height_px),
-                     "give the calibration of the display that was photographed");
-  }
+  if (options.calibration.empty()) return LoadCalibrationSetUp(options.patterns, "").design;
+  Calibration calibration = LoadCalibration(options.calibration);
+  CheckDesign(calibration, LoadShotList(options.patterns), options.calibration.string());
+  return calibration;
 }
 
 // Where cameras and layers stood: good to a per cent, which angles and pupils need no better.
@@ -275,14 +257,16 @@ class Measuring {
   // at black, and less what closed panels let through.
   Matrix3d ColorsOf(const LayerLight& layer) {
     Matrix3d sum = Matrix3d::Zero();
+    int num_cells = 0;  // a panel may be cut off by the picture's edge
     for (const WhiteCell& cell : light_.whites) {
       if (cell.layer != layer.layer || cell.view != 0) continue;
       sum += Straightened(cell) * layer.colors[static_cast<std::size_t>(cell.cell)];
+      ++num_cells;
     }
     const double black = Of(layer).emitter.photometry.black;
     const double both = black * Of(layer).modulator->photometry.black;
     const Matrix3d shown = (1 - black) * Matrix3d::Identity() + (black - both) * Matrix3d::Ones();
-    return sum / (kGainColumns * kGainRows) * shown.inverse();
+    return sum / std::max(1, num_cells) * shown.inverse();
   }
 
   void MeasureColors() {
@@ -359,9 +343,6 @@ MeasuredPhotometry MeasurePhotometry(const MeasurePhotometryOptions& options, Pr
   measured.calibration = GivenCalibration(options);
   const PhotometricLight light =
       ReadPhotometricPhotos(options.patterns, options.photos, options.curve, progress);
-  CheckPanels(
-      measured.calibration, light,
-      options.calibration.empty() ? options.patterns.string() : options.calibration.string());
   Measuring(options, light, measured).Run();
   Check(measured.calibration, options.photos.string());
   return measured;

@@ -37,7 +37,7 @@ std::optional<DecodedPanel> DecodePanel(const CheckedPhotos& checked, const fs::
   auto photos = ReadPhasePhotos(checked, folder, view, panel, ReadLuminance);
   if (!photos) return std::nullopt;
   photos->capture.through_lenses = checked.list.planes_in_turn;
-  return DecodedPanel{DecodePhase(photos->capture), photos->names.front()};
+  return DecodedPanel{DecodePhase(photos->capture), photos->names};
 }
 
 void CheckOneSize(const CheckedPhotos& checked) {
@@ -82,7 +82,7 @@ Observations ObservePhotos(const CheckedPhotos& checked, const fs::path& photos,
         return board.view == view && board.panel == panel.id;
       });
       observations.photos.push_back(
-          {panel.id, view, 0, seen->photo,
+          {panel.id, view, 0, seen->photos.front(),
            ObserveNodes(seen->map, NodesOf(panel.size.width_px, panel.size.height_px))});
       if (!observations.cameras.empty()) continue;
       const PhotoFacts& facts = checked.photos.front().facts;

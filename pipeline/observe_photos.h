@@ -21,11 +21,11 @@ struct MovedPosition {
 };
 std::vector<MovedPosition> MovedPositions(const CheckedPhotos& checked);
 
-// What a panel's sinusoids at a position say, and their first photograph's name; nothing where one
+// What a panel's sinusoids at a position say, and the names of their photographs; nothing where one
 // of them is absent or bad.
 struct DecodedPanel {
   ScreenMap map;
-  std::string photo;
+  std::vector<std::string> photos;
 };
 std::optional<DecodedPanel> DecodePanel(const CheckedPhotos& checked,
                                         const std::filesystem::path& folder, int view,

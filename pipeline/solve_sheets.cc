@@ -5,17 +5,18 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "calibration/lattice_place.h"
 #include "lightfield/error.h"
-#include "lightfield/hash.h"
 #include "pipeline/calibration_set_up.h"
-#include "pipeline/capture/transforms_json.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/phase_photos.h"
+#include "pipeline/position_cameras.h"
 #include "pipeline/workspace.h"
 
 namespace lamella {
@@ -39,48 +40,6 @@ void CheckLayers(const Calibration& design) {
     throw UsageError(design.display, fmt::format("layer {} has no lenses, others have", i),
                      "calibrate displays of one kind of layers");
   }
-}
-
-// The camera of each position, by any of its photographs.
-std::map<int, View> CamerasOf(const CheckedPhotos& checked, const fs::path& file) {
-  std::map<std::string, View> named;
-  for (View& view : ReadTransformsJson(file).views) named.emplace(view.name, std::move(view));
-  std::map<int, View> cameras;
-  for (const CheckedPhoto& photo : checked.photos) {
-    const auto found = named.find(fs::path(photo.photo).stem().string());
-    if (found != named.end()) cameras.emplace(photo.view, found->second);
-  }
-  return cameras;
-}
-
-// Sinusoids are told by their place in the list: where one is missing, those after it are others.
-bool IsComplete(const CheckedPhotos& checked, int view) {
-  std::size_t good = 0;
-  for (const CheckedPhoto& photo : checked.photos) {
-    if (photo.view == view && photo.shot && photo.good) ++good;
-  }
-  return good == checked.list.shots.size();
-}
-
-const View& CameraOf(const std::map<int, View>& cameras, int view, const PhasePhotoSet& photos,
-                     const fs::path& file) {
-  const auto found = cameras.find(view);
-  if (found == cameras.end()) {
-    throw InputError(
-        file.string(),
-        fmt::format("has no frame of position {} ({} and others)", view + 1, photos.names.front()),
-        "add one that is named as any of its photographs");
-  }
-  const Camera& camera = found->second.camera;
-  const Image<float>& image = photos.images.front();
-  if (camera.width != image.width() || camera.height != image.height()) {
-    throw InputError(
-        file.string(),
-        fmt::format("has a camera of {} x {} px for {}, which is {} x {}", camera.width,
-                    camera.height, photos.names.front(), image.width(), image.height()),
-        "give the cameras of the photographs as they are");
-  }
-  return found->second;
 }
 
 // Every so many-th known pixel as a sample of the sheet.
@@ -133,7 +92,7 @@ void AddView(const PhaseCapture& capture, const View& camera, const Rigid& stack
 
 SheetSamples SamplesOf(const CalibratedPanel& panel, const LayerCalibration& design,
                        const CheckedPhotos& checked, const std::map<int, View>& cameras,
-                       const SolveSheetsOptions& options, SolvedSheets& solved,
+                       const SolveSheetsOptions& options, std::set<std::string>& names,
                        Progress& progress) {
   const fs::path folder =
       fs::is_directory(options.photos) ? options.photos : options.photos.parent_path();
@@ -146,15 +105,11 @@ SheetSamples SamplesOf(const CalibratedPanel& panel, const LayerCalibration& des
                             : std::nullopt;
     progress.Advance();
     if (!photos) {
-      solved.left_out.push_back(
-          fmt::format("position {}: not all shots are there and good", view + 1));
       continue;
     }
-    AddView(photos->capture, CameraOf(cameras, view, *photos, options.cameras),
+    AddView(photos->capture, CameraOfPosition(cameras, view, checked, options.cameras),
             Inverse(design.display_from_stack), seen);
-    for (const std::string& name : photos->names) {
-      solved.photos.push_back({name, Sha256OfFile(folder / name)});
-    }
+    names.insert(photos->names.begin(), photos->names.end());
   }
   if (seen.num_views > 0) return seen;
   throw InputError(options.photos.string(), "no position has all shots",
@@ -228,19 +183,25 @@ SolvedSheets SolveSheets(const SolveSheetsOptions& options, Progress& progress) 
   solved.eye_box = CleanEyesOf(set_up.display);
   const CheckedPhotos checked = CheckPhotos(
       options.patterns, options.photos, [](const CheckedPhoto&, const std::string&) {}, progress);
-  const std::map<int, View> cameras = CamerasOf(checked, options.cameras);
+  const std::map<int, View> cameras = CamerasOfPositions(checked, options.cameras);
   LatticeOptions lattice;
   lattice.eye_box = solved.eye_box;
   lattice.eye_sd_mm = options.camera_sd_mm;
   progress.Start("sinusoids",
                  static_cast<std::int64_t>(checked.list.panels.size()) * checked.num_views,
                  "panels");
+  for (int view = 0; view < checked.num_views; ++view) {
+    if (IsComplete(checked, view)) continue;
+    solved.left_out.push_back(IncompletePosition(view));
+  }
+  std::set<std::string> names;
   for (const CalibratedPanel& panel : checked.list.panels) {
     LayerCalibration& layer = solved.calibration.layers[static_cast<std::size_t>(panel.id.layer)];
-    const SheetSamples seen = SamplesOf(panel, layer, checked, cameras, options, solved, progress);
+    const SheetSamples seen = SamplesOf(panel, layer, checked, cameras, options, names, progress);
     solved.sheets.push_back(SolveSheet(panel.id.layer, seen, layer, lattice));
     layer = solved.sheets.back().report.layer;
   }
+  solved.photos = HashPhotos(names, options.photos);
   return solved;
 }
 

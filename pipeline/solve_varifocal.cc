@@ -12,29 +12,13 @@
 #include "calibration/lens_sightings.h"
 #include "lightfield/error.h"
 #include "pipeline/calibration_set_up.h"
-#include "pipeline/capture/transforms_json.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/observe_photos.h"
+#include "pipeline/position_cameras.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
 namespace {
-
-// Views and their cameras by the photographs' file names.
-std::map<std::string, View> CamerasOf(const fs::path& file) {
-  if (file.empty()) {
-    throw UsageError("--cameras",
-                     "is missing: a varifocal display's planes have no known size, so "
-                     "poses in mm are needed",
-                     "give a transforms.json of the photographs, in the display's frame");
-  }
-  std::map<std::string, View> cameras;
-  for (View& view : ReadTransformsJson(file).views) {
-    const std::string name = view.image.filename().string();
-    cameras[name] = std::move(view);
-  }
-  return cameras;
-}
 
 // Of a lens in the list; adds one that is not there yet.
 int NumberOf(const Camera& camera, std::vector<VarifocalCamera>& cameras) {
@@ -52,41 +36,46 @@ int NumberOf(const Camera& camera, std::vector<VarifocalCamera>& cameras) {
   return static_cast<int>(same - cameras.begin());
 }
 
-// Where the camera stood at every position, and its lens.
-void AddViews(const CheckedPhotos& checked, const std::map<std::string, View>& cameras,
-              const std::string& where, VarifocalObservations& observations) {
-  std::vector<const View*> found(static_cast<std::size_t>(checked.num_views), nullptr);
-  for (const CheckedPhoto& photo : checked.photos) {
-    const auto camera = cameras.find(photo.photo);
-    const View*& of_position = found[static_cast<std::size_t>(photo.view)];
-    if (camera != cameras.end() && of_position == nullptr) of_position = &camera->second;
-  }
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (found[i] == nullptr) {
-      throw InputError(where, fmt::format("has no photograph of camera position {}", i + 1),
-                       "give a frame with the file name of one of its photographs");
+// Where the camera stood at every position that is complete, and its lens; -1 for the others.
+std::vector<int> AddViews(const CheckedPhotos& checked, const fs::path& file,
+                          SolvedVarifocal& solved, VarifocalObservations& observations) {
+  const std::map<int, View> cameras = CamerasOfPositions(checked, file);
+  std::vector<int> view_of(static_cast<std::size_t>(checked.num_views), -1);
+  for (int position = 0; position < checked.num_views; ++position) {
+    if (!IsComplete(checked, position)) {
+      solved.left_out.push_back(IncompletePosition(position));
+      continue;
     }
-    const View& view = *found[i];
+    const View& view = CameraOfPosition(cameras, position, checked, file);
+    view_of[static_cast<std::size_t>(position)] = static_cast<int>(observations.views.size());
     const int camera = NumberOf(view.camera, observations.cameras);
-    observations.views.push_back({fmt::format("{}", i + 1), camera, {}, view.camera_from_world});
+    observations.views.push_back(
+        {fmt::format("{}", position + 1), camera, {}, view.camera_from_world});
   }
+  return view_of;
 }
 
-void AddPlanes(const CheckedPhotos& checked, const Calibration& design, const fs::path& photos,
-               Progress& progress, VarifocalObservations& observations) {
+// The names of the photographs that were used.
+std::set<std::string> AddPlanes(const CheckedPhotos& checked, const std::vector<int>& view_of,
+                                const Calibration& design, const fs::path& photos,
+                                Progress& progress, VarifocalObservations& observations) {
+  std::set<std::string> names;
   const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
   const auto num_planes = static_cast<std::int64_t>(checked.list.panels.size());
   progress.Start("sinusoids", static_cast<std::int64_t>(checked.num_views) * num_planes, "planes");
-  for (int view = 0; view < checked.num_views; ++view) {
+  for (int position = 0; position < checked.num_views; ++position) {
+    const int view = view_of[static_cast<std::size_t>(position)];
     for (const CalibratedPanel& panel : checked.list.panels) {
-      const auto seen = DecodePanel(checked, folder, view, panel);
+      const auto seen = view < 0 ? std::nullopt : DecodePanel(checked, folder, position, panel);
       progress.Advance();
       if (!seen) continue;
+      names.insert(seen->photos.begin(), seen->photos.end());
       const LayerCalibration& layer = design.layers[static_cast<std::size_t>(panel.id.layer)];
-      observations.photos.push_back({panel.id.layer, view, seen->photo,
+      observations.photos.push_back({panel.id.layer, view, seen->photos.front(),
                                      ObserveLenses(seen->map, layer.emitter, *layer.lattice)});
     }
   }
+  return names;
 }
 
 void AddWeaknesses(const std::vector<Weakness>& weaknesses, std::string& text) {
@@ -108,19 +97,16 @@ SolvedVarifocal SolveVarifocalPhotos(const SolvePhotosOptions& options,
     throw UsageError(solved.display.name, "has planes without lenslets",
                      "calibrate lenslets alone");
   }
-  const std::map<std::string, View> cameras = CamerasOf(cameras_file);
   const CheckedPhotos checked = CheckPhotos(
       options.patterns, options.photos, [](const CheckedPhoto&, const std::string&) {}, progress);
   CheckOneSize(checked);
   VarifocalObservations observations;
-  AddViews(checked, cameras, cameras_file.string(), observations);
-  AddPlanes(checked, design, options.photos, progress, observations);
+  const std::vector<int> view_of = AddViews(checked, cameras_file, solved, observations);
+  solved.photos = HashPhotos(
+      AddPlanes(checked, view_of, design, options.photos, progress, observations), options.photos);
   for (const CheckedPhoto& photo : checked.photos) {
     if (!photo.good) solved.left_out.push_back(photo.photo + ": " + photo.verdict);
   }
-  std::set<std::string> names;
-  for (const PlanePhoto& photo : observations.photos) names.insert(photo.photo);
-  solved.photos = HashPhotos(names, options.photos);
   progress.Start("solution", 1, "calibration");
   CalibrateVarifocalOptions calibrate;
   calibrate.eye_box = CleanEyesOf(solved.display);

@@ -120,6 +120,14 @@ void Colmap::Require(const std::string& verb, const Outcome& outcome) const {
                      "run again with --verbose to see its output");
 }
 
+void Colmap::CopyDatabase(const fs::path& to) const {
+  std::error_code error;
+  fs::copy_file(Database(), to, fs::copy_options::overwrite_existing, error);
+  if (!error) return;
+  throw MachineError(to.string(), "can't be written (" + error.message() + ")",
+                     "check free space and permissions, then run the same command again");
+}
+
 fs::path Colmap::FreshFolder(const std::string& name) {
   fs::path folder = folder_ / fmt::format("{}_{}", name, ++attempts_);
   CreateFolder(folder);
@@ -169,7 +177,7 @@ void Colmap::ImportMatches(const std::vector<fs::path>& lists, int num_pairs) {
   std::vector<fs::path> databases = {Database()};
   for (std::size_t i = 1; i < lists.size(); ++i) {
     databases.push_back(folder_ / fmt::format("database_{}.db", i));
-    fs::copy_file(Database(), databases.back(), fs::copy_options::overwrite_existing);
+    CopyDatabase(databases.back());
   }
   ParallelForEach(0, static_cast<std::int64_t>(lists.size()), [&](std::int64_t i) {
     const auto k = static_cast<std::size_t>(i);
@@ -178,7 +186,8 @@ void Colmap::ImportMatches(const std::vector<fs::path>& lists, int num_pairs) {
   ColmapDatabase whole(Database());
   for (std::size_t i = 1; i < databases.size(); ++i) {
     whole.TakeMatches(databases[i]);
-    fs::remove(databases[i]);
+    std::error_code error;
+    fs::remove(databases[i], error);  // else with the folder
   }
 }
 
@@ -216,7 +225,7 @@ std::vector<fs::path> Colmap::MapWithFreePrincipalPoint(const std::atomic<bool>&
   struct Unwanted {};
   const fs::path output = FreshFolder("sparse_free"), database = folder_ / "database_free.db";
   // Opening the database writes to it, so each of two programs has its own.
-  fs::copy_file(Database(), database, fs::copy_options::overwrite_existing);
+  CopyDatabase(database);
   std::map<std::string, std::string> options = MapperOptions(MapperEffort::kUsual);
   options["ba_refine_principal_point"] = "1";
   try {

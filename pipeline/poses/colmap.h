@@ -73,6 +73,7 @@ class Colmap {
                                              const std::filesystem::path& database,
                                              std::map<std::string, std::string> options,
                                              const std::function<void(std::string_view)>& on_line);
+  void CopyDatabase(const std::filesystem::path& to) const;
   std::filesystem::path FreshFolder(const std::string& name);
 
   std::string program_;

@@ -150,13 +150,16 @@ ExitCode CodeOf(const std::vector<Weakness>& failures, const std::string& not_wr
   return ExitCode::kGate;
 }
 
+void RefuseFocalLength(const SolveArguments& arguments) {
+  if (arguments.options.focal_px <= 0) return;
+  throw UsageError("--focal-px", "has no use here: the lenses' cameras are those of --cameras",
+                   "leave it out");
+}
+
 // Likewise of lens sheets, whose report is of text only.
 ExitCode RunSolveSheets(const SolveArguments& arguments, Progress& progress) {
   const std::filesystem::path& out = arguments.out;
-  if (arguments.cameras.empty()) {
-    throw UsageError("--cameras", "is missing: lens sheets need to know where the camera stood",
-                     "give a transforms.json in the display's frame, in mm");
-  }
+  RefuseFocalLength(arguments);
   std::filesystem::path text_file = out;
   text_file.replace_extension(".report.txt");
   for (const auto& file : {out, text_file}) CheckWritable(file);
@@ -174,6 +177,11 @@ ExitCode RunSolveSheets(const SolveArguments& arguments, Progress& progress) {
 
 // And of a varifocal display.
 ExitCode RunSolveVarifocal(const SolveArguments& arguments, Progress& progress) {
+  RefuseFocalLength(arguments);
+  if (arguments.camera_sd_mm) {
+    throw UsageError("--camera-sd-mm", "is of lens sheets: here --cameras are taken as exact",
+                     "leave it out");
+  }
   const std::filesystem::path& out = arguments.out;
   std::filesystem::path text_file = out;
   text_file.replace_extension(".report.txt");
@@ -235,7 +243,7 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
       "of lens sheets and varifocal displays: transforms.json in the display's frame (mm), a "
       "frame for every position, named as one of its photographs");
   verb.add_option("--camera-sd-mm", arguments->camera_sd_mm,
-                  "how well each coordinate of a camera's position is known [0.3]")
+                  "of lens sheets: how well each coordinate of a camera's position is known [0.3]")
       ->check(CLI::NonNegativeNumber);
   AddGlobalOptions(verb, invocation);
   verb.footer(
@@ -243,10 +251,9 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
       "left\nout, and which photographs would help. The exit code is 4 where rays are not known to "
       "0.03 px RMS\nand 0.1 px at worst, or something is lost: then only the reports are "
       "written.\n"
-      "A varifocal display's planes must be known to 0.03 mm in depth and 1e-4 in magnification, "
-      "as\n"
-      "two standard deviations; where the cameras stood is given by --cameras, and the report is "
-      "text\nalone.\n\n"
+      "Lens sheets must be known to 0.02 px at the panel's edges, a varifocal display's planes to "
+      "0.03 mm\nin depth and 1e-4 in magnification, as two standard deviations; where the cameras "
+      "stood is given by\n--cameras, and the report is text alone.\n\n"
       "Example\n"
       "  lamella calibrate solve patterns taken/images --out calibration.json\n"
       "  lamella calibrate solve patterns taken/images --cameras taken/transforms.json \\\n"
@@ -271,7 +278,8 @@ void AddReport(CLI::App& calibrate, Invocation& invocation) {
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) {
       CheckWritable(arguments->out);
-      if (HasLensSheets(arguments->options.patterns, arguments->options.display)) {
+      if (IsVarifocal(arguments->options) ||
+          HasLensSheets(arguments->options.patterns, arguments->options.display)) {
         throw UsageError(
             arguments->options.patterns.string(), "is of a display with lenses",
             "use `lamella calibrate solve`, which writes a text of what they are worth");

@@ -68,14 +68,15 @@ std::vector<OptionTable> FlagTables(const std::string& verb, PipelineOptions& op
   return tables;
 }
 
-// A small part of what the layers may take.
-std::size_t KeptPhotographBytes(const PipelineOptions& options) {
+// A small part of what the layers may take, where a stage follows that reads photographs.
+std::size_t KeptPhotographBytes(const PipelineOptions& options, const std::string& last) {
+  if (last == "capture" || last == "poses") return 0;
   return static_cast<std::size_t>(std::ldexp(options.layers.memory_gib, 30) / 8);
 }
 
 ExitCode RunVerb(const Arguments& arguments, Progress& progress) {
   const PipelineOptions options = Effective(arguments, Workspace(arguments.workspace));
-  const Workspace workspace(arguments.workspace, KeptPhotographBytes(options));
+  const Workspace workspace(arguments.workspace, KeptPhotographBytes(options, arguments.last));
   const ExitCode code = RunPipeline(workspace, options, arguments.first, arguments.last, progress);
   if (arguments.last == "preview") {
     fmt::print("{}\n", (workspace.Stage("preview") / "index.html").string());

@@ -113,6 +113,22 @@ TEST(FitResponse, MakesATableOfWhatIsNoGamma) {
   }
 }
 
+// As of virtual photographs: no noise at all, and nothing from a black panel.
+TEST(FitResponse, TakesExactReadings) {
+  std::vector<FlatReading> readings;
+  for (int exposure = 0; exposure < 2; ++exposure) {
+    const double factor = exposure == 0 ? 0.8 : 6.4;
+    for (int level = 0; level <= 16; ++level) {
+      const double code = std::round(255 * level / 16.0) / 255;
+      const double light = factor * std::pow(code, 2.2);
+      if (light < 0.9) readings.push_back({code, exposure, light, 0});
+    }
+  }
+  const ResponseFit fit = FitResponse(readings, "panel");
+  EXPECT_NEAR(fit.gamma, 2.2, 1e-4);
+  EXPECT_NEAR(fit.black, 0, 1e-8);
+}
+
 // Its own gamma: what calibration.md has of shutters that are trusted, and of a pedestal that is
 // wrong by one code.
 TEST(FitResponse, DoesNotTrustShutters) {

@@ -202,13 +202,23 @@ TEST(CalibrateSheets, NeedPositionsWhoseCamerasAreKnown) {
   WriteTransformsJson(other, cameras);
   taken.options.cameras = other;
   EXPECT_THAT(Refusal(taken.options), HasSubstr("has a camera of 99 x 160 px"));
+  cameras.views[0].camera.width = 210;
   cameras.views[0].name = "elsewhere";
+  cameras.views[0].image = "elsewhere.png";
   WriteTransformsJson(other, cameras);
   EXPECT_THAT(Refusal(taken.options), HasSubstr("has no frame of position 1 (eye_001_"));
-  for (const auto& file : fs::directory_iterator(taken.options.photos)) {
-    const std::string name = file.path().filename().string();
-    if (name.find("_u_0016_3") != std::string::npos) fs::remove(file.path());
-  }
+  std::vector<fs::path> files;
+  for (const auto& file : fs::directory_iterator(taken.options.photos))
+    files.push_back(file.path());
+  const auto third = *std::find_if(files.begin(), files.end(), [](const fs::path& file) {
+    return file.filename().string().find("_u_0016_3") != std::string::npos;
+  });
+  // Taken once more on the spot, it would be taken for the next shot.
+  const fs::path surplus = third.parent_path() / (third.stem().string() + "b.png");
+  fs::copy_file(third, surplus);
+  EXPECT_THAT(Refusal(taken.options), HasSubstr("no position has all shots"));
+  fs::remove(surplus);
+  fs::remove(third);
   EXPECT_THAT(Refusal(taken.options), HasSubstr("no position has all shots"));
 }
 

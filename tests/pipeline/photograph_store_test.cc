@@ -49,6 +49,14 @@ TEST(PhotographStore, GivesWhatTheFileWould) {
   EXPECT_ANY_THROW(store.Codes(second));
 }
 
+TEST(PhotographStore, KnowsAFileByAnyOfItsNames) {
+  const Image<Rgb8> codes = RandomCodes(4, 3, 4);
+  PhotographStore store(1000);
+  store.Add("W/./poses/a.png", codes.Clone());  // which is nowhere: the store has it
+  EXPECT_EQ(store.Codes(std::filesystem::absolute("W/poses/a.png")).data()[5], codes.data()[5]);
+  EXPECT_NO_THROW(store.Linear("W/depth/../poses/a.png"));
+}
+
 TEST(PhotographStore, KeepsNothingWhereItMayNot) {
   const std::filesystem::path folder = ScratchFolder();
   PhotographStore store(0);
