@@ -101,8 +101,9 @@ RayDifference CompareLenses(const LayerCalibration& a, const LayerCalibration& b
   Eigen::Matrix2Xd seen_a(2, 0), seen_b(2, 0);
   for (const Eigen::Vector3d& eye : box.Eyes()) {
     for (int i = 0; i < 35; ++i) {
-      const Eigen::Vector2d pixel(a.emitter.width_px * (i % 7 / 6.0),
-                                  a.emitter.height_px * (i / 7 / 4.0));
+      const int column = i % 7, row = i / 7;
+      const Eigen::Vector2d pixel(a.emitter.width_px * (column / 6.0),
+                                  a.emitter.height_px * (row / 4.0));
       const Eigen::Vector3d above = StackFromEmitter(a) * PanelPoint(a.emitter, pixel);
       const Eigen::Vector2d lens = NearestLens(of_a, above.head<2>());
       const auto by_a = SeenThrough(a, sights_a, eye, lens);
