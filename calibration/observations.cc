@@ -13,18 +13,6 @@
 namespace lamella {
 namespace {
 
-void CheckCamera(const PhotoCamera& camera, const std::string& where) {
-  if (camera.width < 1 || camera.height < 1) {
-    throw InputError(
-        where, fmt::format("camera {} is {} x {} px", camera.name, camera.width, camera.height),
-        "give its photographs' size");
-  }
-  if (!(camera.focal_px >= 0 && camera.focal_px < 1e9)) {
-    throw InputError(where, fmt::format("camera {} has focal_px {}", camera.name, camera.focal_px),
-                     "give a positive number, or 0 where none is known");
-  }
-}
-
 bool PositiveDefinite(const Eigen::Matrix2d& m) {
   return m.allFinite() && m(0, 0) > 0 && m.determinant() > 0 &&
          std::abs(m(0, 1) - m(1, 0)) <= 1e-9 * (m(0, 0) + m(1, 1));
@@ -49,6 +37,18 @@ void CheckPoints(const PanelPhoto& photo, const std::string& where) {
 
 }  // namespace
 
+void Check(const PhotoCamera& camera, const std::string& where) {
+  if (camera.width < 1 || camera.height < 1) {
+    throw InputError(
+        where, fmt::format("camera {} is {} x {} px", camera.name, camera.width, camera.height),
+        "give its photographs' size");
+  }
+  if (!(camera.focal_px >= 0 && camera.focal_px < 1e9)) {
+    throw InputError(where, fmt::format("camera {} has focal_px {}", camera.name, camera.focal_px),
+                     "give a positive number, or 0 where none is known");
+  }
+}
+
 std::string NameOf(const PanelId& panel) {
   return fmt::format("layer {} {}", panel.layer,
                      panel.role == PanelId::kEmitter ? "emitter" : "modulator");
@@ -56,7 +56,7 @@ std::string NameOf(const PanelId& panel) {
 
 void Check(const Observations& observations, const std::string& where) {
   const int num_cameras = static_cast<int>(observations.cameras.size());
-  for (const PhotoCamera& camera : observations.cameras) CheckCamera(camera, where);
+  for (const PhotoCamera& camera : observations.cameras) Check(camera, where);
   std::map<int, int> camera_of_view;
   std::set<std::pair<std::string, PanelId>> seen;
   for (const PanelPhoto& photo : observations.photos) {

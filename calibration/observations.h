@@ -39,6 +39,9 @@ struct PhotoCamera {
   double focal_px = 0;        // a guess, for instance from EXIF; 0: none, one is estimated
 };
 
+// InputError naming `where` unless its size and focal length are possible.
+void Check(const PhotoCamera& camera, const std::string& where);
+
 // The points of one panel in one photograph.
 struct PanelPhoto {
   PanelId panel;

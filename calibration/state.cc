@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "calibration/column_maker.h"
 #include "calibration/model.h"
 #include "lightfield/error.h"
 
@@ -45,43 +46,14 @@ Rigid Moved(const Rigid& pose, const Vector6d& by) {
   return {Turned(by.head<3>(), pose.rotation), pose.translation + by.tail<3>()};
 }
 
-// Hands out columns in their order.
-struct ColumnMaker {
-  Columns& columns;
-  int Next(const std::string& name, double prior_sd, const std::string& unit) {
-    columns.names.push_back(name);
-    columns.units.push_back(unit);
-    columns.prior_sd.push_back(prior_sd);
-    return columns.size++;
-  }
-  int Pose(const std::string& of, double angle_sd, double shift_sd) {
-    const int first = columns.size;
-    for (const char* part : {"rotation x", "rotation y", "rotation z"}) {
-      Next(fmt::format("{} {}", of, part), angle_sd, "rad");
-    }
-    for (const char* part : {"position x", "position y", "distance"}) {
-      Next(fmt::format("{} {}", of, part), shift_sd, "mm");
-    }
-    return first;
-  }
-  int Relation(const std::string& of) {
-    const int first = columns.size;
-    Next(of + " offset x", 10, "mm");
-    Next(of + " offset y", 10, "mm");
-    Next(of + " gap", 5, "mm");
-    for (const char* part : {"tilt x", "tilt y", "rotation"}) Next(of + " " + part, 0.05, "rad");
-    return first;
-  }
-};
-
-void AddCamera(ColumnMaker& maker, const std::string& name, bool k3) {
-  maker.columns.camera.push_back(maker.columns.size);
-  for (const char* part : {"focal x", "focal y"}) maker.Next(name + " " + part, 200, "px");
-  for (const char* part : {"centre x", "centre y"}) maker.Next(name + " " + part, 100, "px");
-  maker.Next(name + " distortion k1", 0.3, "");
-  maker.Next(name + " distortion k2", 1, "");
-  for (const char* part : {"p1", "p2"}) maker.Next(name + " distortion " + part, 0.02, "");
-  if (k3) maker.Next(name + " distortion k3", 3, "");
+int AddRelation(ColumnMaker& maker, const std::string& of) {
+  const int first = maker.columns.size;
+  maker.Next(of + " offset x", 10, "mm");
+  maker.Next(of + " offset y", 10, "mm");
+  maker.Next(of + " gap", 5, "mm");
+  for (const char* part : {"tilt x", "tilt y", "rotation"})
+    maker.Next(of + " " + part, 0.05, "rad");
+  return first;
 }
 
 bool Photographed(const Structure& structure, const PanelId& panel) {
@@ -97,7 +69,7 @@ void AddLayer(ColumnMaker& maker, const Structure& structure, int i, const FreeG
   const bool stack = (has_emitter || has_modulator) && structure.reference.layer != i;
   maker.columns.stack.push_back(stack ? maker.Pose(name, 0.1, 50) : -1);
   const bool relation = has_emitter && has_modulator;
-  maker.columns.relation.push_back(relation ? maker.Relation(name) : -1);
+  maker.columns.relation.push_back(relation ? AddRelation(maker, name) : -1);
   const auto shape = [&](const PanelId& panel, bool photographed) {
     std::array<int, 4> columns{-1, -1, -1, -1};
     if (!photographed) return columns;
@@ -211,7 +183,7 @@ Columns ColumnsOf(const Structure& structure, const FreeGroups& free,
   columns.k3 = free.k3;
   ColumnMaker maker{columns};
   for (const PhotoCamera& camera : observations.cameras) {
-    AddCamera(maker, "camera " + camera.name, free.k3);
+    columns.camera.push_back(maker.Camera("camera " + camera.name, free.k3));
   }
   columns.num_camera = columns.size;
   for (std::size_t i = 0; i < structure.design.layers.size(); ++i) {

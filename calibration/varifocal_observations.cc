@@ -14,15 +14,7 @@ namespace lamella {
 namespace {
 
 void CheckCamera(const VarifocalCamera& camera, const std::string& where) {
-  if (camera.width < 1 || camera.height < 1) {
-    throw InputError(
-        where, fmt::format("camera {} is {} x {} px", camera.name, camera.width, camera.height),
-        "give its photographs' size");
-  }
-  if (!(camera.focal_px >= 0 && camera.focal_px < 1e9)) {
-    throw InputError(where, fmt::format("camera {} has focal_px {}", camera.name, camera.focal_px),
-                     "give a positive number, or 0 where none is known");
-  }
+  Check(PhotoCamera{camera.name, camera.width, camera.height, camera.focal_px}, where);
   if (!camera.known) return;
   const auto& distortion = camera.known->distortion;
   const bool rational = std::any_of(distortion.begin() + 5, distortion.end(),

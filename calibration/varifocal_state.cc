@@ -2,50 +2,16 @@
 
 #include <fmt/format.h>
 
+#include "calibration/column_maker.h"
+
 namespace lamella {
-namespace {
-
-struct ColumnMaker {
-  Columns& columns;
-  int Next(const std::string& name, double prior_sd, const char* unit) {
-    columns.names.push_back(name);
-    columns.units.emplace_back(unit);
-    columns.prior_sd.push_back(prior_sd);
-    return columns.size++;
-  }
-  int Pose(const std::string& of, double angle_sd, double shift_sd) {
-    const int first = columns.size;
-    for (const char* part : {"rotation x", "rotation y", "rotation z"}) {
-      Next(fmt::format("{} {}", of, part), angle_sd, "rad");
-    }
-    for (const char* part : {"position x", "position y", "depth"}) {
-      Next(fmt::format("{} {}", of, part), shift_sd, "mm");
-    }
-    return first;
-  }
-};
-
-int AddCamera(ColumnMaker& maker, const VarifocalCamera& camera) {
-  if (camera.known) return -1;
-  const int first = maker.columns.size;
-  const std::string name = "camera " + camera.name;
-  for (const char* part : {"focal x", "focal y"}) maker.Next(name + " " + part, 200, "px");
-  for (const char* part : {"centre x", "centre y"}) maker.Next(name + " " + part, 100, "px");
-  maker.Next(name + " distortion k1", 0.3, "");
-  maker.Next(name + " distortion k2", 1, "");
-  for (const char* part : {"p1", "p2"}) maker.Next(name + " distortion " + part, 0.02, "");
-  return first;
-}
-
-}  // namespace
-
 VarifocalColumns ColumnsOf(const VarifocalObservations& observations, std::size_t num_planes,
                            const VarifocalGroups& free) {
   VarifocalColumns columns;
   Columns& common = columns.common;
   ColumnMaker maker{common};
   for (const VarifocalCamera& camera : observations.cameras) {
-    common.camera.push_back(AddCamera(maker, camera));
+    common.camera.push_back(camera.known ? -1 : maker.Camera("camera " + camera.name, false));
   }
   common.num_camera = common.size;
   for (std::size_t i = 0; i < num_planes; ++i) {

@@ -9,7 +9,6 @@
 
 #include <Eigen/LU>
 
-#include "lightfield/parallel.h"
 #include "pipeline/poses/undistort_kernels.h"
 
 namespace lamella {
@@ -167,15 +166,6 @@ void UndistortRows(const Image<Rgb>& image, const Camera& camera, const Camera& 
       rows(x, y) = std::isnan(row.x[i]) ? Rgb{} : SampleWide(image, {row.x[i], row.y[i]}, scale);
     }
   }
-}
-
-Image<Rgb> Undistort(const Image<Rgb>& image, const Camera& camera, const Camera& pinhole) {
-  Image<Rgb> result(pinhole.width, pinhole.height);
-  ParallelFor(0, pinhole.height, 16, [&](std::int64_t first, std::int64_t last) {
-    const int y = static_cast<int>(first), rows = static_cast<int>(last - first);
-    UndistortRows(image, camera, pinhole, y, result.span().Sub({0, y, pinhole.width, rows}));
-  });
-  return result;
 }
 
 std::optional<Vector2d> UndistortPixel(const Camera& camera, const Camera& pinhole,

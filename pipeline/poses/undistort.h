@@ -13,12 +13,10 @@ namespace lamella {
 // by just so much that no pixel sees beyond the original's edge.
 Camera UndistortedCamera(const Camera& camera, int longer_side_px = 0);
 
-// `image` is seen by `camera`; the result by `pinhole`, which looks the same way. Catmull-Rom in
+// Rows [first_row, first_row + rows.height) of what `pinhole` sees, where `image` is seen by
+// `camera`, which looks the same way. Catmull-Rom in
 // linear light, widened where the result is smaller, so that it does not alias. Where `pinhole`
 // sees beyond the image, its edge is repeated.
-Image<Rgb> Undistort(const Image<Rgb>& image, const Camera& camera, const Camera& pinhole);
-
-// Rows [first_row, first_row + rows.height) of that alone.
 void UndistortRows(const Image<Rgb>& image, const Camera& camera, const Camera& pinhole,
                    int first_row, ImageSpan<Rgb> rows);
 

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <random>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -156,15 +158,32 @@ TEST(LensSightings, NeedLenses) {
   ScreenMap map = MapOf(sheet.truth, camera, Pose());
   for (std::size_t i = 0; i < map.valid.size(); ++i) map.valid.data()[i] = 0;
   EXPECT_TRUE(ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice).empty());
-  // A panel that is seen without them, few of its pixels near any one's median.
-  for (int y = 0; y < map.u_px.height(); ++y) {
-    for (int x = 0; x < map.u_px.width(); ++x) {
-      map.u_px(x, y) = 5.0F * static_cast<float>(x % 31);
-      map.v_px(x, y) = 5.0F * static_cast<float>(y % 24);
-      map.valid(x, y) = (x + y) % 2 == 0;
+}
+
+// Of a panel that is seen without lenses, coarsely: by every lens three of its pixels, none of
+// which is near the median of both axes.
+TEST(LensSightings, AreNoneWhereNoPixelsAgree) {
+  const Sheet sheet = SheetOf(156, 124, false);
+  ScreenMap map = MapOf(sheet.truth, CameraFor(230, 1500), Pose());
+  for (std::size_t i = 0; i < map.valid.size(); ++i) map.valid.data()[i] = 0;
+  std::set<std::pair<long, long>> lenses;
+  for (int v = 8; v < 116; ++v) {
+    for (int u = 8; u < 148; ++u) {
+      const Vector2d at = PanelPoint(sheet.design.emitter, {u, v}).head<2>();
+      const auto middle = PanelPixel(sheet.design.emitter, NearestLens(*sheet.design.lattice, at));
+      if (middle) lenses.emplace(std::lround(middle->x()), std::lround(middle->y()));
     }
   }
-  EXPECT_NO_THROW(ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice));
+  std::size_t next = 0;
+  for (const auto& [u, v] : lenses) {
+    for (const auto& [du, dv] : {std::pair{-4, 0}, {0, 4}, {4, 0}}) {
+      map.u_px.data()[next] = static_cast<float>(u + du);
+      map.v_px.data()[next] = static_cast<float>(v + dv);
+      map.valid.data()[next++] = 1;
+    }
+  }
+  EXPECT_GT(lenses.size(), 50U);
+  EXPECT_TRUE(ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice).empty());
 }
 
 }  // namespace

@@ -23,6 +23,12 @@ Camera Lens(std::array<double, 8> distortion, CameraModel model = CameraModel::k
           .distortion = distortion};
 }
 
+Image<Rgb> Undistort(const Image<Rgb>& image, const Camera& camera, const Camera& pinhole) {
+  Image<Rgb> result(pinhole.width, pinhole.height);
+  UndistortRows(image, camera, pinhole, 0, result.span());
+  return result;
+}
+
 double PsnrInside(const Image<Rgb>& a, const Image<Rgb>& b) {
   double sum = 0;
   int count = 0;
