@@ -180,17 +180,27 @@ void AddRow(const Light& light, int k, const std::vector<Path>& columns, const P
       coverages[s] = image.coverage.row(row.emitter);
     }
   }
+  const double gain = light.gain * row.weight;
   for (const Path& column : columns) {
     Sum& sum = sums[column.pixel];
-    const double weight = light.gain * row.weight * column.weight;
+    const double weight = gain * column.weight;
     sum.all += weight;
     if (row.emitter < 0 || column.emitter < 0) continue;
     const std::size_t slot = static_cast<std::size_t>(column.slot);
     const Rgb& color = colors[slot][column.emitter];
-    sum.r += weight * (light.black + static_cast<double>(color.r));
-    sum.g += weight * (light.black + static_cast<double>(color.g));
-    sum.b += weight * (light.black + static_cast<double>(color.b));
+    sum.r += weight * static_cast<double>(color.r);
+    sum.g += weight * static_cast<double>(color.g);
+    sum.b += weight * static_cast<double>(color.b);
     sum.known += weight * static_cast<double>(coverages[slot][column.emitter]);
+  }
+  if (light.black == 0 || row.emitter < 0) return;
+  for (const Path& column : columns) {
+    if (column.emitter < 0) continue;
+    Sum& sum = sums[column.pixel];
+    const double black = gain * column.weight * light.black;
+    sum.r += black;
+    sum.g += black;
+    sum.b += black;
   }
 }
 
