@@ -1,6 +1,9 @@
 // Panel images from codes: the photometric half of the virtual prototype.
 #include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -53,7 +56,32 @@ Image<Rgb> Spread(const Image<Rgb>& light, const SpreadKernel& kernel) {
   return spread;
 }
 
+template <class T>
+std::vector<std::shared_ptr<const Image<T>>> Late(
+    const std::vector<std::shared_ptr<const Image<T>>>& slots, const std::vector<int>& order,
+    float crosstalk) {
+  std::vector<std::shared_ptr<const Image<T>>> late(slots.size());
+  for (std::size_t t = 0; t < slots.size(); ++t) {
+    const auto slot = static_cast<std::size_t>(order[t]);
+    const Image<T>& now = *slots[slot];
+    const Image<T>& before =
+        *slots[static_cast<std::size_t>(order[(t + slots.size() - 1) % slots.size()])];
+    auto mixed = std::make_shared<Image<T>>(now.width(), now.height());
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      mixed->data()[i] = (1 - crosstalk) * now.data()[i] + crosstalk * before.data()[i];
+    }
+    late[slot] = std::move(mixed);
+  }
+  return late;
+}
+
 }  // namespace
+
+ShownLayer WithSlotCrosstalk(const ShownLayer& shown, const std::vector<int>& order,
+                             double crosstalk) {
+  const auto share = static_cast<float>(crosstalk);
+  return {Late(shown.emitter, order, share), Late(shown.modulator, order, share)};
+}
 
 Image<Rgb> LightOfEmitter(const PanelCalibration& panel, ImageSpan<const Rgb8> codes) {
   CheckSize(panel, codes);

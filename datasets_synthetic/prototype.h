@@ -25,6 +25,11 @@ struct ShownLayer {
   std::vector<std::shared_ptr<const Image<float>>> modulator;  // transmittance; as many, or none
 };
 
+// With panels that still show the share `crosstalk` of the slot before, the slots being shown in
+// that order over and over (all of them, by their numbers).
+ShownLayer WithSlotCrosstalk(const ShownLayer& shown, const std::vector<int>& order,
+                             double crosstalk);
+
 struct Prototype {
   Calibration calibration;
   std::vector<ShownLayer> shown;  // one per layer

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -13,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "distribute/analyze.h"
+#include "distribute/encode_barrier.h"
 #include "distribute/seen_elements.h"
 #include "lightfield/error.h"
 #include "lightfield/layer_map.h"
@@ -72,11 +74,15 @@ struct Line {
   bool beside = false;
 };
 
+// Which lines of sight are followed: those through openings, slot by slot, or all through the
+// modulator's whole face, as of one slot.
+enum class Through { kOpenings, kFace };
+
 // The paths of one axis of one layer, sorted by pixel. `line_of(at)` is the line of sight through a
 // place on the picture.
 template <class LineOf>
 std::vector<Path> AxisPaths(const EyeAxis& axis, const std::vector<double>& breaks,
-                            const Barrier& barrier, const LineOf& line_of) {
+                            const Barrier& barrier, Through through, const LineOf& line_of) {
   std::vector<Path> paths;
   const auto add = [&](int pixel, int slot, int emitter, double weight) {
     for (auto path = paths.rbegin(); path != paths.rend() && path->pixel == pixel; ++path) {
@@ -88,8 +94,9 @@ std::vector<Path> AxisPaths(const EyeAxis& axis, const std::vector<double>& brea
     paths.push_back({pixel, slot, emitter, weight});
   };
   // Slots in which a line that misses the panel would have met an opening, in the mean.
-  const double mean_open =
-      static_cast<double>(barrier.slots) * barrier.aperture_px / barrier.period_px;
+  const double mean_open = through == Through::kFace ? 1
+                                                     : static_cast<double>(barrier.slots) *
+                                                           barrier.aperture_px / barrier.period_px;
   for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
     const double at = (breaks[i] + breaks[i + 1]) / 2;
     const int pixel =
@@ -98,6 +105,10 @@ std::vector<Path> AxisPaths(const EyeAxis& axis, const std::vector<double>& brea
     const Line line = line_of(at);
     if (line.beside) add(pixel, 0, -1, share * mean_open);
     if (!line.hit) continue;
+    if (through == Through::kFace) {
+      add(pixel, 0, line.hit->emitter, share);
+      continue;
+    }
     for (int slot = 0; slot < barrier.slots; ++slot) {
       if ((line.hit->open_slots >> slot & 1U) != 0) add(pixel, slot, line.hit->emitter, share);
     }
@@ -110,7 +121,7 @@ struct LayerPaths {
   std::vector<std::size_t> first_row;  // of each pixel row in `rows`, and the end
 };
 
-LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye) {
+LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye, Through through) {
   const RayMap map(display, layer);
   const Barrier& barrier = BarrierOf(display, static_cast<std::size_t>(layer));
   const double z = map.position_mm(), z_emitters = z - map.d0_mm();
@@ -118,19 +129,20 @@ LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye) {
   const double pitch = display.emitter_pitch_mm(display.layers[static_cast<std::size_t>(layer)]);
   const auto paths_of = [&](const EyeAxis& axis, int count, const auto& seen) {
     const double half_width = count * pitch / 2;
-    return AxisPaths(axis, Breaks(axis, {z, z_emitters}, count, pitch), barrier, [&](double at) {
+    const auto line_of = [&](double at) {
       return Line{seen(axis.OnPlane(at, z), (axis.eye_mm - at) / d),
                   std::abs(axis.OnPlane(at, z)) >= half_width ||
                       std::abs(axis.OnPlane(at, z_emitters)) >= half_width};
-    });
+    };
+    return AxisPaths(axis, Breaks(axis, {z, z_emitters}, count, pitch), barrier, through, line_of);
   };
   LayerPaths paths;
   paths.columns =
       paths_of({eye.position.x(), eye.left_mm, eye.pixel_mm, eye.width, plane, d}, map.columns(),
-               [&](double at, double slope) { return map.SeenColumn(at, slope); });
+               [&](double at, double slope) { return map.MetColumn(at, slope); });
   paths.rows =
       paths_of({-eye.position.y(), -eye.top_mm, eye.pixel_mm, eye.height, plane, d}, map.rows(),
-               [&](double at, double slope) { return map.SeenRow(-at, -slope); });
+               [&](double at, double slope) { return map.MetRow(-at, -slope); });
   for (int y = 0; y <= eye.height; ++y) {
     const auto first = std::lower_bound(paths.rows.begin(), paths.rows.end(), y,
                                         [](const Path& p, int pixel) { return p.pixel < pixel; });
@@ -150,21 +162,28 @@ struct Band {
   Image<Sum> sums;  // first_row is row 0
 };
 
+// The light of emitters on their paths: gain * (black + their content).
+struct Light {
+  std::vector<const EmitterImage*> slots;  // k x k, by the paths' slots
+  double gain = 1, black = 0;
+};
+
 // Adds what one row path of a layer contributes to the pixels of a picture row.
-void AddRow(const std::vector<EmitterImage>& slots, int k, const std::vector<Path>& columns,
-            const Path& row, double gain, Sum* sums) {
+void AddRow(const Light& light, int k, const std::vector<Path>& columns, const Path& row,
+            Sum* sums) {
   std::vector<const Rgb*> colors(static_cast<std::size_t>(k));
   std::vector<const float*> coverages(colors.size());
   if (row.emitter >= 0) {
     for (std::size_t s = 0; s < colors.size(); ++s) {
-      const EmitterImage& image = slots[static_cast<std::size_t>(k * row.slot) + s];
+      const EmitterImage& image = *light.slots[static_cast<std::size_t>(k * row.slot) + s];
       colors[s] = image.color.row(row.emitter);
       coverages[s] = image.coverage.row(row.emitter);
     }
   }
+  const double gain = light.gain * row.weight;
   for (const Path& column : columns) {
     Sum& sum = sums[column.pixel];
-    const double weight = gain * row.weight * column.weight;
+    const double weight = gain * column.weight;
     sum.all += weight;
     if (row.emitter < 0 || column.emitter < 0) continue;
     const std::size_t slot = static_cast<std::size_t>(column.slot);
@@ -173,6 +192,15 @@ void AddRow(const std::vector<EmitterImage>& slots, int k, const std::vector<Pat
     sum.g += weight * static_cast<double>(color.g);
     sum.b += weight * static_cast<double>(color.b);
     sum.known += weight * static_cast<double>(coverages[slot][column.emitter]);
+  }
+  if (light.black == 0 || row.emitter < 0) return;
+  for (const Path& column : columns) {
+    if (column.emitter < 0) continue;
+    Sum& sum = sums[column.pixel];
+    const double black = gain * column.weight * light.black;
+    sum.r += black;
+    sum.g += black;
+    sum.b += black;
   }
 }
 
@@ -183,32 +211,102 @@ class LayerSeen {
   virtual void Add(Band& band) const = 0;
 };
 
+// The mean of a layer's emitters over its slots.
+EmitterImage SlotMean(const std::vector<EmitterImage>& slots) {
+  const int width = slots[0].color.width(), height = slots[0].color.height();
+  EmitterImage mean{Image<Rgb>(width, height), Image<float>(width, height)};
+  const float share = 1 / static_cast<float>(slots.size());
+  ParallelFor(0, height, 16, [&](std::int64_t first, std::int64_t last) {
+    for (int y = static_cast<int>(first); y < static_cast<int>(last); ++y) {
+      for (const EmitterImage& slot : slots) {
+        for (int x = 0; x < width; ++x) {
+          mean.color(x, y) += share * slot.color(x, y);
+          mean.coverage(x, y) += share * slot.coverage(x, y);
+        }
+      }
+    }
+  });
+  return mean;
+}
+
+// By layer, what closed modulators let through; empty where they let nothing through.
+std::vector<EmitterImage> Leaks(const LayerImages& layers, const Display& display) {
+  std::vector<EmitterImage> leaks(display.layers.size());
+  for (std::size_t l = 0; l < leaks.size(); ++l) {
+    const auto* barrier = std::get_if<Barrier>(&display.layers[l].optics);
+    if (barrier != nullptr && std::isfinite(barrier->contrast)) {
+      leaks[l] = SlotMean(layers.slots[l]);
+    }
+  }
+  return leaks;
+}
+
+// Of a share r of the slot before in what both panels show, E and T with
+//   E'_t = (1 - r) E_t + r E_{t-1},  T'_t = (1 - r) T_t + r T_{t-1},
+// the sum of T'_t E'_t over all slots is that of
+//   T_t ((1 - 2 r (1 - r)) E_t + r (1 - r) (E_{t-1} + E_{t+1})):
+// through a slot's openings some light of the slots before and after is seen. `light` is without.
+std::vector<Light> WithSlotCrosstalk(const Light& light, int k, double r) {
+  if (r == 0 || k == 1) return {light};
+  const double cross = r * (1 - r);
+  Light own = light, before = light, after = light;
+  own.gain *= 1 - 2 * cross;
+  before.gain *= cross;
+  after.gain *= cross;
+  const std::vector<int> order = SlotOrder(k);
+  for (std::size_t t = 0; t < order.size(); ++t) {
+    const auto slot = static_cast<std::size_t>(order[t]);
+    const auto next = static_cast<std::size_t>(order[(t + 1) % order.size()]);
+    after.slots[slot] = light.slots[next];
+    before.slots[next] = light.slots[slot];
+  }
+  return {own, before, after};
+}
+
+// With a black level b of the emitters and a leak c of the modulator (1/contrast), and E the
+// emitters' content on a line of sight, a slot shows
+//   (c + (1 - c) T) (b + (1 - b) E),   T = 1 where the slot is open, 0 where it is closed.
 class BarrierSeen final : public LayerSeen {
  public:
-  BarrierSeen(const std::vector<EmitterImage>& slots, const Display& display, int layer,
-              const Eye& eye)
-      : slots_(slots), paths_(PathsOfLayer(display, layer, eye)) {
+  // `leak`: what Leaks has of the layer.
+  BarrierSeen(const std::vector<EmitterImage>& slots, const EmitterImage& leak,
+              const Display& display, int layer, const Eye& eye) {
     const Barrier& barrier = BarrierOf(display, static_cast<std::size_t>(layer));
-    k_ = barrier.slots;
+    const int k = barrier.slots;
     // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n.
-    const double open = static_cast<double>(k_) * barrier.aperture_px / barrier.period_px;
-    gain_ = 1 / (open * open);
+    const double open = static_cast<double>(k) * barrier.aperture_px / barrier.period_px;
+    const double b = 1 / display.contrast, c = 1 / barrier.contrast;
+    Light light{{}, (1 - c) * (1 - b) / (open * open), b / (1 - b)};
+    for (const EmitterImage& slot : slots) light.slots.push_back(&slot);
+    parts_.push_back({PathsOfLayer(display, layer, eye, Through::kOpenings), k,
+                      WithSlotCrosstalk(light, k, display.slot_crosstalk)});
+    if (c == 0) return;
+    light.slots = {&leak};
+    light.gain = c * (1 - b) * k * k / (open * open);
+    parts_.push_back({PathsOfLayer(display, layer, eye, Through::kFace), 1, {light}});
   }
   void Add(Band& band) const override {
-    for (int y = band.first_row; y < band.end_row; ++y) {
-      const auto row = static_cast<std::size_t>(y);
-      for (std::size_t r = paths_.first_row[row]; r < paths_.first_row[row + 1]; ++r) {
-        AddRow(slots_, k_, paths_.columns, paths_.rows[r], gain_,
-               band.sums.row(y - band.first_row));
+    for (const Part& part : parts_) {
+      for (int y = band.first_row; y < band.end_row; ++y) {
+        const auto row = static_cast<std::size_t>(y);
+        const std::size_t end = part.paths.first_row[row + 1];
+        for (std::size_t r = part.paths.first_row[row]; r < end; ++r) {
+          for (const Light& light : part.lights) {
+            AddRow(light, part.k, part.paths.columns, part.paths.rows[r],
+                   band.sums.row(y - band.first_row));
+          }
+        }
       }
     }
   }
 
  private:
-  const std::vector<EmitterImage>& slots_;
-  const LayerPaths paths_;
-  int k_ = 1;
-  double gain_ = 1;
+  struct Part {
+    LayerPaths paths;
+    int k = 1;
+    std::vector<Light> lights;
+  };
+  std::vector<Part> parts_;
 };
 
 LayerView ViewOf(const Display& display, int index, const Eye& eye) {
@@ -236,6 +334,7 @@ class ElementsSeen final : public LayerSeen {
         map_(display, layer),
         elements_(SeenElements(display, layer, ViewOf(display, layer, eye))) {
     const Layer& of = display.layers[static_cast<std::size_t>(layer)];
+    black_ = 1 / display.contrast;
     subpixels_ = std::holds_alternative<Lenticular>(of.optics);
     mirrored_ = of.mirror_x;
     rays_ = subpixels_ ? 0 : std::get<LensletArray>(of.optics).rays;
@@ -300,14 +399,18 @@ class ElementsSeen final : public LayerSeen {
       return;
     }
     const int x = static_cast<int>(column / per_pixel), y = static_cast<int>(row);
-    if (!subpixels_ && !IsLit(element, x, y)) return;
-    const Rgb& color = emitters_.color(x, y);
+    const bool guard = !subpixels_ && !IsLit(element, x, y);
+    if (guard && black_ == 0) return;
+    const Rgb color = guard ? Rgb{} : emitters_.color(x, y);
     const int third = static_cast<int>(column) % 3;
     const int channel = subpixels_ ? (mirrored_ ? 2 - third : third) : -1;
-    const double light = area * per_pixel;
-    if (channel < 0 || channel == 0) sum.r += light * static_cast<double>(color.r);
-    if (channel < 0 || channel == 1) sum.g += light * static_cast<double>(color.g);
-    if (channel < 0 || channel == 2) sum.b += light * static_cast<double>(color.b);
+    const auto light = [&](float content) {
+      return area * per_pixel * (black_ + (1 - black_) * static_cast<double>(content));
+    };
+    if (channel < 0 || channel == 0) sum.r += light(color.r);
+    if (channel < 0 || channel == 1) sum.g += light(color.g);
+    if (channel < 0 || channel == 2) sum.b += light(color.b);
+    if (guard) return;
     sum.known += area * static_cast<double>(emitters_.coverage(x, y));
     sum.all += area;
   }
@@ -321,14 +424,15 @@ class ElementsSeen final : public LayerSeen {
   const EmitterImage& emitters_;
   const LayerMap map_;
   const std::vector<SeenElement> elements_;
+  double black_ = 0;  // of white
   bool subpixels_ = false, mirrored_ = false;
   int rays_ = 0;
 };
 
-std::unique_ptr<LayerSeen> See(const std::vector<EmitterImage>& slots, const Display& display,
-                               int layer, const Eye& eye) {
+std::unique_ptr<LayerSeen> See(const std::vector<EmitterImage>& slots, const EmitterImage& leak,
+                               const Display& display, int layer, const Eye& eye) {
   if (std::holds_alternative<Barrier>(display.layers[static_cast<std::size_t>(layer)].optics)) {
-    return std::make_unique<BarrierSeen>(slots, display, layer, eye);
+    return std::make_unique<BarrierSeen>(slots, leak, display, layer, eye);
   }
   return std::make_unique<ElementsSeen>(slots[0], display, layer, eye);
 }
@@ -369,25 +473,12 @@ void CheckInput(const LayerImages& layers, const Display& display, const Eye& ey
   }
 }
 
-}  // namespace
-
-RayBundle BundleOfEye(const Eye& eye, int split) {
-  RayBundle bundle;
-  bundle.centre << eye.position, 1;
-  bundle.origin = {eye.left_mm, eye.top_mm, eye.plane_mm};
-  bundle.dx = {eye.pixel_mm / split, 0, 0};
-  bundle.dy = {0, -eye.pixel_mm / split, 0};
-  bundle.width = eye.width * split;
-  bundle.height = eye.height * split;
-  return bundle;
-}
-
-EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye) {
-  CheckInput(layers, display, eye);
+EyePicture Simulate(const LayerImages& layers, const std::vector<EmitterImage>& leaks,
+                    const Display& display, const Eye& eye) {
   std::vector<std::unique_ptr<LayerSeen>> seen(display.layers.size());
   ParallelForEach(0, static_cast<std::int64_t>(seen.size()), [&](std::int64_t layer) {
     const auto l = static_cast<std::size_t>(layer);
-    seen[l] = See(layers.slots[l], display, static_cast<int>(layer), eye);
+    seen[l] = See(layers.slots[l], leaks[l], display, static_cast<int>(layer), eye);
   });
   EyePicture picture{Image<Rgb>(eye.width, eye.height), Image<float>(eye.width, eye.height)};
   constexpr int kBandRows = 16;
@@ -409,6 +500,24 @@ EyePicture SimulateEye(const LayerImages& layers, const Display& display, const 
   return picture;
 }
 
+}  // namespace
+
+RayBundle BundleOfEye(const Eye& eye, int split) {
+  RayBundle bundle;
+  bundle.centre << eye.position, 1;
+  bundle.origin = {eye.left_mm, eye.top_mm, eye.plane_mm};
+  bundle.dx = {eye.pixel_mm / split, 0, 0};
+  bundle.dy = {0, -eye.pixel_mm / split, 0};
+  bundle.width = eye.width * split;
+  bundle.height = eye.height * split;
+  return bundle;
+}
+
+EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye) {
+  CheckInput(layers, display, eye);
+  return Simulate(layers, Leaks(layers, display), display, eye);
+}
+
 std::vector<Eye> PupilSamples(const Eye& eye, const Pupil& pupil) {
   const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
   std::vector<Eye> samples(static_cast<std::size_t>(pupil.samples), eye);
@@ -423,10 +532,12 @@ std::vector<Eye> PupilSamples(const Eye& eye, const Pupil& pupil) {
 
 EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
                        const Pupil& pupil) {
+  CheckInput(layers, display, eye);
+  const std::vector<EmitterImage> leaks = Leaks(layers, display);
   EyePicture mean{Image<Rgb>(eye.width, eye.height), Image<float>(eye.width, eye.height)};
   const float weight = 1.0F / static_cast<float>(pupil.samples);
   for (const Eye& sample : PupilSamples(eye, pupil)) {
-    const EyePicture picture = SimulateEye(layers, display, sample);
+    const EyePicture picture = Simulate(layers, leaks, display, sample);
     for (std::size_t i = 0; i < mean.color.size(); ++i) {
       mean.color.data()[i] += weight * picture.color.data()[i];
       mean.coverage.data()[i] += weight * picture.coverage.data()[i];

@@ -3,7 +3,8 @@
 //
 // Included are the encoder's prefilter (it is in the emitter images), the display's response
 // (openings and lenses, emitters, slots, superposed layers, light that crosses into a neighbour's
-// window) and the eye's pixels. Not included: reflections, diffraction, a panel's contrast.
+// window; the panels' contrasts and crosstalk of slots, where the display has any) and the eye's
+// pixels. Not included: reflections, diffraction.
 #pragma once
 
 #include <vector>
@@ -33,13 +34,14 @@ RayBundle BundleOfEye(const Eye& eye, int split = 1);
 
 struct EyePicture {
   // Linear. Divided by the brightness (a/P)^2 / n of the barrier and the superposition, computed
-  // and not fitted, so that a display without error shows the scene's own radiance. A striped
-  // panel's sub-pixel has three times its pixel's light in its channel.
+  // and not fitted, so that a display without error shows the scene's own radiance; what panels of
+  // finite contrast leak comes on top, once for every layer. A striped panel's sub-pixel has three
+  // times its pixel's light in its channel.
   Image<Rgb> color;
-  // Share of the light paths (line of sight, layer, open slot) that end at an emitter whose content
-  // is known; a line of sight that misses a barrier's panel counts as unknown, one that meets no
-  // whole lens or ends at a guard pixel or beside the lenses' panel not at all. Unknown light is
-  // black in `color`.
+  // Share of the light paths (line of sight, layer, slot, by how far it is open) that end at an
+  // emitter whose content is known; a line of sight that misses a barrier's panel counts as
+  // unknown, one that meets no whole lens or ends at a guard pixel or beside the lenses' panel not
+  // at all. Unknown light is black in `color`.
   Image<float> coverage;
 };
 

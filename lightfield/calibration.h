@@ -119,9 +119,10 @@ struct Calibration {
   std::vector<LayerCalibration> layers;  // as in the display: 0 is at the back
 };
 
-// As designed: panels in place, gaps of d0 times their index, an sRGB response without black, n
-// layers of gain 1/n, reflected layers mirrored, lens sheets on their lattice, and what a relay
-// magnifies as it is seen: scale M - 1, gap M^2 d0, lens pitch M p.
+// As designed: panels in place, gaps of d0 times their index, an sRGB response with the black of
+// the panels' contrasts (1/contrast), n layers of gain 1/n, reflected layers mirrored, lens sheets
+// on their lattice, and what a relay magnifies as it is seen: scale M - 1, gap M^2 d0, lens pitch M
+// p.
 Calibration DesignCalibration(const Display& display);
 
 // UsageError (one line naming layer, panel and field) where a number is not finite or not possible:

@@ -59,6 +59,7 @@ LayerCalibration LayerAsDesigned(const Display& display, const Layer& layer) {
   design.emitter.pitch_mm = display.pitch_mm;
   design.emitter.scale = layer.magnification - 1;
   design.emitter.mirror_x = layer.mirror_x;
+  design.emitter.photometry.black = 1 / display.contrast;
   // A relay's image of the gap is in air, and lenses are described by their reduced gap.
   const bool glass = std::holds_alternative<Barrier>(layer.optics) && layer.magnification == 1;
   design.index = glass ? layer.index : 1;
@@ -71,6 +72,7 @@ LayerCalibration LayerAsDesigned(const Display& display, const Layer& layer) {
     design.emitter.rgb_stripes = true;
   } else {
     design.modulator = design.emitter;
+    design.modulator->photometry.black = 1 / std::get<Barrier>(layer.optics).contrast;
   }
   if (design.lattice) {
     design.lattice->pitch_mm *= layer.magnification;

@@ -38,6 +38,11 @@ struct Checker {
             fmt::format("{} = {} is no length", name, value),
             fmt::format("give millimetres from {} to {}", kShortestMm, kLongestMm));
   }
+  // White to black; 1/contrast is a black level (lightfield/calibration.h).
+  void Contrast(double contrast, const std::string& name) const {
+    Require(contrast >= 1.01, fmt::format("{} = {}", name, contrast),
+            "give 1.01 or more, 1000 for instance; inf, or none, is without leak");
+  }
 };
 
 void CheckPanel(const Display& display, const Checker& check) {
@@ -54,6 +59,8 @@ void CheckPanel(const Display& display, const Checker& check) {
                             display.width_px, display.height_px),
                 "give a binning that divides width and height");
   check.Length(display.viewing_distance_mm, "viewing_distance_mm");
+  check.Contrast(display.contrast, "the panel's contrast");
+  check.Within(display.slot_crosstalk, 0, 1, "slot_crosstalk");
 }
 
 struct OpticsChecker {
@@ -62,7 +69,7 @@ struct OpticsChecker {
   const Checker& check;
 
   void operator()(const Barrier& barrier) const {
-    const auto [period, aperture, slots] = barrier;
+    const int period = barrier.period_px, aperture = barrier.aperture_px, slots = barrier.slots;
     check.Require(period >= 1 && period <= 4096, fmt::format("{}: period_px = {}", layer, period),
                   "give a period of 1 to 4096 emitters");
     check.Require(aperture >= 1 && aperture <= period,
@@ -79,6 +86,7 @@ struct OpticsChecker {
     check.Require(aperture <= display.emitter_columns() && aperture <= display.emitter_rows(),
                   fmt::format("{}: no opening of {} emitters fits the panel", layer, aperture),
                   "give a larger panel or a smaller aperture_px");
+    check.Contrast(barrier.contrast, layer + ": the modulator's contrast");
   }
 
   void operator()(const LensletArray& lenses) const {

@@ -22,6 +22,9 @@ struct Barrier {
   int period_px = 6;    // P, emitters
   int aperture_px = 2;  // a, emitters; same parity as P
   int slots = 3;        // k per axis; divides P
+  // Of the modulator: where it is closed it lets 1/contrast of the light through that it lets
+  // through where it is open, in every slot (displays.md section 2, "leaks").
+  double contrast = std::numeric_limits<double>::infinity();
 
   int stride_px() const { return period_px / slots; }  // q, from slot to slot
   friend bool operator==(const Barrier&, const Barrier&) = default;
@@ -99,6 +102,12 @@ struct Display {
   std::vector<Layer> layers;  // by rising position; 0 is at the back
   // Where set, `layers` are its planes (PlanesOf).
   std::optional<Varifocal> varifocal = {};
+  // Of the emissive panels: black is 1/contrast of white.
+  double contrast = std::numeric_limits<double>::infinity();
+  // With barriers: the share of what emissive panels and modulators show in a time slot that is
+  // still the slot before's (SlotOrder of distribute/encode_barrier.h), as liquid crystals take
+  // time to turn.
+  double slot_crosstalk = 0;
 
   int emitter_columns() const { return width_px / binning_px; }
   int emitter_rows() const { return height_px / binning_px; }
@@ -122,7 +131,7 @@ struct Display {
 // multiple of the binning or smaller than an opening, more than 2^28 pixels, more than 1024
 // slots, a fan wider than 178 degrees, a border wider than the layers' spacing, a viewing distance
 // that is not in front of all layers by more than their gaps, layers that are not the planes of
-// the display's varifocal.
+// the display's varifocal, contrasts below 1.01, a slot_crosstalk outside [0, 1].
 void Check(const Display& display, const std::string& where);
 
 void CheckVarifocal(const Varifocal& varifocal, const std::string& where);  // likewise

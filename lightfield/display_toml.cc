@@ -134,11 +134,13 @@ void ReadGap(const Reader& reader, const std::string& where, const std::string& 
 }
 
 Barrier ReadBarrier(const toml::table& table, const std::string& where, const std::string& layer) {
-  const Reader reader(table, where, layer + "'s barrier", {"period_px", "aperture_px", "slots"});
+  const Reader reader(table, where, layer + "'s barrier",
+                      {"period_px", "aperture_px", "slots", "contrast"});
   Barrier barrier;
   barrier.period_px = reader.Need(reader.Integer("period_px"), "period_px");
   barrier.aperture_px = reader.Need(reader.Integer("aperture_px"), "aperture_px");
   barrier.slots = reader.Need(reader.Integer("slots"), "slots");
+  barrier.contrast = reader.Number("contrast").value_or(barrier.contrast);
   return barrier;
 }
 
@@ -277,12 +279,15 @@ Display ToDisplay(const toml::table& document, const std::string& where) {
     throw UsageError(where, "the display has no [panel]",
                      "add it with width_px, height_px and pitch_mm");
   }
-  const Reader panel(*panel_table, where, "[panel]",
-                     {"width_px", "height_px", "pitch_mm", "binning_px"});
+  const Reader panel(
+      *panel_table, where, "[panel]",
+      {"width_px", "height_px", "pitch_mm", "binning_px", "contrast", "slot_crosstalk"});
   display.width_px = panel.Need(panel.Integer("width_px"), "width_px");
   display.height_px = panel.Need(panel.Integer("height_px"), "height_px");
   display.pitch_mm = panel.Need(panel.Number("pitch_mm"), "pitch_mm");
   display.binning_px = panel.Integer("binning_px").value_or(1);
+  display.contrast = panel.Number("contrast").value_or(display.contrast);
+  display.slot_crosstalk = panel.Number("slot_crosstalk").value_or(display.slot_crosstalk);
   ReadLayers(top, where, display);
   display.border_mm = top.Number("border_mm").value_or(DefaultBorder(display.layers));
   display.border_offset_mm =
@@ -303,6 +308,10 @@ std::string Quoted(const std::string& text) {
   return quoted + '"';
 }
 
+std::string ContrastToToml(double contrast) {
+  return std::isinf(contrast) ? "" : fmt::format("contrast = {}\n", contrast);
+}
+
 std::string FocalToToml(double focal_mm) {
   return focal_mm == 0 ? "" : fmt::format("focal_mm = {}\n", focal_mm);
 }
@@ -310,7 +319,8 @@ std::string FocalToToml(double focal_mm) {
 std::string ToToml(const Optics& optics) {
   if (const Barrier* barrier = std::get_if<Barrier>(&optics)) {
     return fmt::format("[layer.barrier]\nperiod_px = {}\naperture_px = {}\nslots = {}\n",
-                       barrier->period_px, barrier->aperture_px, barrier->slots);
+                       barrier->period_px, barrier->aperture_px, barrier->slots) +
+           ContrastToToml(barrier->contrast);
   }
   if (const LensletArray* lenses = std::get_if<LensletArray>(&optics)) {
     const bool square = lenses->lattice == LensletArray::Lattice::kSquare;
@@ -376,6 +386,10 @@ std::string ToToml(const Display& display) {
       kFormatVersion, Quoted(display.name), display.viewing_distance_mm, display.shear,
       display.border_mm, display.border_offset_mm, display.width_px, display.height_px,
       display.pitch_mm, display.binning_px);
+  text += ContrastToToml(display.contrast);
+  if (display.slot_crosstalk != 0) {
+    text += fmt::format("slot_crosstalk = {}\n", display.slot_crosstalk);
+  }
   if (display.varifocal) {
     return text + ToToml(*display.varifocal) + ToToml(display.layers.front(), true);
   }

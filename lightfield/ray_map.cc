@@ -104,7 +104,7 @@ std::optional<AxisBeam> RayMap::Beam(const Axis& axis, int slot, int index) cons
                   d0_mm_};
 }
 
-std::optional<AxisHit> RayMap::Seen(const Axis& axis, double position, double slope) const {
+std::optional<AxisHit> RayMap::Met(const Axis& axis, double position, double slope) const {
   const double middle = axis.count / 2.0;
   const double element = std::floor(axis.sign * position / pitch_mm_ + middle);
   const double emitter = std::floor(axis.sign * (position - d0_mm_ * slope) / pitch_mm_ + middle);
@@ -115,8 +115,13 @@ std::optional<AxisHit> RayMap::Seen(const Axis& axis, double position, double sl
   hit.element = static_cast<int>(element);
   hit.emitter = static_cast<int>(emitter);
   hit.open_slots = axis.open_slots[static_cast<std::size_t>(hit.element)];
-  if (hit.open_slots == 0) return std::nullopt;
-  while ((hit.open_slots >> hit.slot & 1U) == 0) ++hit.slot;
+  return hit;
+}
+
+std::optional<AxisHit> RayMap::Seen(const Axis& axis, double position, double slope) const {
+  std::optional<AxisHit> hit = Met(axis, position, slope);
+  if (!hit || hit->open_slots == 0) return std::nullopt;
+  while ((hit->open_slots >> hit->slot & 1U) == 0) ++hit->slot;
   return hit;
 }
 

@@ -57,6 +57,9 @@ class RayMap {
     return Seen(x_, x_mm, slope);
   }
   std::optional<AxisHit> SeenRow(double y_mm, double slope) const { return Seen(y_, y_mm, slope); }
+  // Also where no slot opens the modulator: open_slots is 0 there.
+  std::optional<AxisHit> MetColumn(double x_mm, double slope) const { return Met(x_, x_mm, slope); }
+  std::optional<AxisHit> MetRow(double y_mm, double slope) const { return Met(y_, y_mm, slope); }
   // Both axes in one.
   std::optional<LayerHit> See(double x_mm, double y_mm, double slope_x, double slope_y) const;
 
@@ -74,6 +77,7 @@ class RayMap {
   bool Open(const Axis& axis, int slot, int index) const;
   std::optional<int> OpeningOf(const Axis& axis, int slot, int index) const;
   std::optional<AxisBeam> Beam(const Axis& axis, int slot, int index) const;
+  std::optional<AxisHit> Met(const Axis& axis, double position, double slope) const;
   std::optional<AxisHit> Seen(const Axis& axis, double position, double slope) const;
 
   int columns_ = 0, rows_ = 0;

@@ -88,6 +88,11 @@ CalibratedEyes::CalibratedEyes(const LayersRecord& record, const LayerImages& sh
       }
     }
     known.modulator = light.modulator;
+    const int k = SlotsPerAxis(layer);
+    if (display.slot_crosstalk > 0 && k > 1) {
+      light = WithSlotCrosstalk(light, SlotOrder(k), display.slot_crosstalk);
+      known = WithSlotCrosstalk(known, SlotOrder(k), display.slot_crosstalk);
+    }
     light_.shown.push_back(std::move(light));
     known_.shown.push_back(std::move(known));
   }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "distribute/encode_barrier.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "pipeline/json_file.h"
@@ -92,6 +93,7 @@ Shot ShotOfFrames(const fs::path& folder) {
     Shot::LayerFiles files;
     files.emitter.resize(static_cast<std::size_t>(k) * static_cast<std::size_t>(k));
     files.modulator.resize(files.emitter.size(), kWhite);  // lenses have none
+    files.order = SlotOrder(k);
     for (const JsonObject& frame : layer.Objects("frames")) {
       const auto slot = static_cast<std::size_t>(frame.Whole("slot", 0, k * k - 1));
       const bool emits = frame.Text("role") == "emitter";
@@ -135,7 +137,8 @@ std::vector<Shot> ReadShots(const fs::path& file) {
   return shots;
 }
 
-std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration) {
+std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration,
+                                 double slot_crosstalk) {
   if (shot.layers.size() != calibration.layers.size()) {
     throw InputError(fmt::format("shot \"{}\"", shot.name),
                      fmt::format("is of {} layers, the display has {}", shot.layers.size(),
@@ -150,6 +153,12 @@ std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibratio
     if (layer.modulator) {
       images.modulator =
           Load<float>(shot.layers[l].modulator, *layer.modulator, TransmittanceOfModulator);
+    }
+    const std::size_t slots = images.emitter.size();
+    if (slot_crosstalk > 0 && slots > 1) {
+      std::vector<int> order = shot.layers[l].order;
+      for (std::size_t t = order.size(); t < slots; ++t) order.push_back(static_cast<int>(t));
+      images = WithSlotCrosstalk(images, order, slot_crosstalk);
     }
     shown.push_back(std::move(images));
   }

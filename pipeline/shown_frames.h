@@ -15,6 +15,7 @@ struct Shot {
   struct LayerFiles {
     // Time slots, as many of both: a file, "white" or "black".
     std::vector<std::string> emitter, modulator;
+    std::vector<int> order{};  // in which they are shown; as listed where empty
   };
   std::string name;
   std::vector<LayerFiles> layers;
@@ -31,7 +32,9 @@ ToneCurve CurveOfFrames(const std::filesystem::path& folder);
 std::vector<Shot> ReadShots(const std::filesystem::path& file);
 
 // InputError where a shot has not the calibration's layers or an image not its panel's size.
-std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration);
+// `slot_crosstalk` is a display's.
+std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration,
+                                 double slot_crosstalk = 0);
 
 // The light of the brightest layer, on average over its face, were all its emitters white: gain *
 // mean transmittance. A scene's white is what one layer shows while the others are black.

@@ -1,14 +1,17 @@
 // The stage preview: simulated eyes, how far they are from the capture, and the page.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "distribute/place.h"
 #include "lightfield/atomic_file.h"
@@ -216,6 +219,28 @@ std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewRes
   return warnings;
 }
 
+// What the simulated panels lack; nothing where they are ideal.
+std::string PanelsInWords(const Display& display) {
+  std::vector<std::string> words;
+  if (std::isfinite(display.contrast)) {
+    words.push_back(fmt::format("contrast {:g}:1", display.contrast));
+  }
+  std::vector<double> modulators;
+  for (const Layer& layer : display.layers) {
+    const auto* barrier = std::get_if<Barrier>(&layer.optics);
+    if (barrier != nullptr && std::isfinite(barrier->contrast)) {
+      modulators.push_back(barrier->contrast);
+    }
+  }
+  if (!modulators.empty()) {
+    words.push_back(fmt::format("modulators {:g}:1", fmt::join(modulators, ":1, ")));
+  }
+  if (display.slot_crosstalk > 0) {
+    words.push_back(fmt::format("slot crosstalk {:g} %", 100 * display.slot_crosstalk));
+  }
+  return fmt::format("{}", fmt::join(words, "; "));
+}
+
 StageReport ReportOf(const LayersRecord& record, const PreviewResult& result,
                      const PreviewOptions& options) {
   const GridMeans means = MeansOf(result);
@@ -229,6 +254,11 @@ StageReport ReportOf(const LayersRecord& record, const PreviewResult& result,
       {"mean SSIM of seen pixels",
        means.ssim_seen ? fmt::format("{:.4f}", *means.ssim_seen) : "no pixel was seen"},
       {"seen by the capture", fmt::format("{:.1f} %", 100 * means.seen)}};
+  // A calibration says it of its panels itself, but for the slots.
+  if (const std::string panels = PanelsInWords(record.display);
+      !panels.empty() && !record.calibration) {
+    report.summary.emplace_back("panels", panels);
+  }
   for (const CapturedResult& view : result.captured) {
     report.summary.emplace_back("against captured view " + view.view,
                                 fmt::format("simulated {} dB, direct {} dB",

@@ -30,12 +30,19 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
 
-Calibration Truth(const SynthPhotosOptions& options) {
+struct Truth {
+  Calibration calibration;
+  double slot_crosstalk = 0;  // which a calibration does not say
+};
+
+Truth TruthOf(const SynthPhotosOptions& options) {
   if (!options.misalignment.empty()) {
-    Calibration calibration = LoadCalibration(options.misalignment);
-    if (options.display.empty() || FindDisplay(options.display).name == calibration.display) {
-      return calibration;
-    }
+    Truth truth{LoadCalibration(options.misalignment)};
+    const Calibration& calibration = truth.calibration;
+    if (options.display.empty()) return truth;
+    const Display display = FindDisplay(options.display);
+    truth.slot_crosstalk = display.slot_crosstalk;
+    if (display.name == calibration.display) return truth;
     throw UsageError("--misalignment",
                      fmt::format("is of the display \"{}\", not of \"{}\"", calibration.display,
                                  options.display),
@@ -47,16 +54,16 @@ Calibration Truth(const SynthPhotosOptions& options) {
   LayersRecord shown;
   if (options.display.empty()) {
     shown = LoadLayersRecord(Workspace(fs::absolute(options.frames).parent_path()));
-    if (shown.calibration) return *shown.calibration;
+    if (shown.calibration) return {*shown.calibration, shown.display.slot_crosstalk};
   } else {
     shown.display = FindDisplay(options.display);
   }
-  Calibration calibration = DesignCalibration(shown.display);
-  if (options.frames.empty()) return calibration;
-  for (LayerCalibration& layer : calibration.layers) {
+  Truth truth{DesignCalibration(shown.display), shown.display.slot_crosstalk};
+  if (options.frames.empty()) return truth;
+  for (LayerCalibration& layer : truth.calibration.layers) {
     layer.emitter.photometry.curve = CurveOfFrames(options.frames);
   }
-  return calibration;
+  return truth;
 }
 
 std::vector<Shot> Shots(const SynthPhotosOptions& options) {
@@ -170,7 +177,9 @@ OptionTable Describe(SynthPhotosOptions& o) {
   };
   return {
       "synth",
-      {text("display", "name or file; else that of the frames' workspace", &o.display, "--display"),
+      {text("display",
+            "name or file, with what its panels lack; else that of the frames' workspace",
+            &o.display, "--display"),
        text(
            "misalignment",
            "calibration.json of what it really is; else that of the frames' layers, or as designed",
@@ -232,7 +241,8 @@ OptionTable Describe(SynthPhotosOptions& o) {
 int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress& progress) {
   const std::vector<Shot> shots = Shots(options);
   Prototype prototype;
-  prototype.calibration = Truth(options);
+  const Truth truth = TruthOf(options);
+  prototype.calibration = truth.calibration;
   const std::vector<View> cameras = PhotoCameras(options, prototype.calibration);
   CheckNames(shots, cameras);
   if (options.aperture_mm > 0 && !(options.focus_mm > 0)) {
@@ -249,7 +259,7 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
   TransformsJson transforms;
   Json photos = Json::array();
   for (const Shot& shot : shots) {
-    prototype.shown = LoadShot(shot, prototype.calibration);
+    prototype.shown = LoadShot(shot, prototype.calibration, truth.slot_crosstalk);
     sensor.exposure = exposure * shot.exposure;
     for (const View& view : CamerasOf(shot, cameras)) {
       View photo = view;

@@ -1,5 +1,6 @@
 #include "distribute/simulate_eye.h"
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -94,12 +95,26 @@ struct ReferenceCase {
   double eye_x, eye_y;
 };
 
-class SimulateEyeCases : public testing::TestWithParam<ReferenceCase> {};
+// Panels as they are: each layer with another contrast.
+void MakeReal(Display& display) {
+  display.contrast = 40;
+  display.slot_crosstalk = 0.3;
+  double contrast = 25;
+  for (Layer& layer : display.layers) {
+    std::get<Barrier>(layer.optics).contrast = contrast;
+    contrast *= 2;
+  }
+}
 
-TEST_P(SimulateEyeCases, MatchesTheLoopOverAllPairsOnRandomEmitters) {
-  const ReferenceCase& c = GetParam();
-  Display display = SmallDisplay(c.positions, c.barrier, c.binning);
-  display.shear = c.shear;
+class SimulateEyeCases : public testing::TestWithParam<ReferenceCase> {
+ protected:
+  static void ExpectReferenceOnRandomEmitters(const Display& display, double eye_x, double eye_y,
+                                              const std::vector<int>& widths);
+};
+
+void SimulateEyeCases::ExpectReferenceOnRandomEmitters(const Display& display, double eye_x,
+                                                       double eye_y,
+                                                       const std::vector<int>& widths) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> value(0, 1);
   const LayerImages layers = Filled(
@@ -108,8 +123,8 @@ TEST_P(SimulateEyeCases, MatchesTheLoopOverAllPairsOnRandomEmitters) {
         return Rgb{value(random), value(random), value(random)};
       },
       [&] { return value(random); });
-  for (const int width : {1, 31, 64}) {
-    Eye eye = EyeAt(display, c.eye_x, c.eye_y, width);
+  for (const int width : widths) {
+    Eye eye = EyeAt(display, eye_x, eye_y, width);
     // Beyond the panel on all sides, and off the emitters' raster.
     eye.left_mm = -0.61 * display.width_mm();
     eye.top_mm = 0.59 * display.height_mm();
@@ -118,6 +133,15 @@ TEST_P(SimulateEyeCases, MatchesTheLoopOverAllPairsOnRandomEmitters) {
     SCOPED_TRACE(std::to_string(width) + " px");
     ExpectMatchesReference(display, layers, eye);
   }
+}
+
+TEST_P(SimulateEyeCases, MatchesTheLoopOverAllPairsOnRandomEmitters) {
+  const ReferenceCase& c = GetParam();
+  Display display = SmallDisplay(c.positions, c.barrier, c.binning);
+  display.shear = c.shear;
+  ExpectReferenceOnRandomEmitters(display, c.eye_x, c.eye_y, {1, 31, 64});
+  MakeReal(display);
+  ExpectReferenceOnRandomEmitters(display, c.eye_x, c.eye_y, {1, 64});
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -143,6 +167,49 @@ TEST(SimulateEye, AWhiteDisplayIsWhiteFromEverywhere) {
       EXPECT_NEAR(picture.color.data()[i].r, 1.0F, 1e-5F);
       EXPECT_NEAR(picture.color.data()[i].b, 0.25F, 1e-5F);
       EXPECT_NEAR(picture.coverage.data()[i], 1.0F, 1e-5F);
+    }
+  }
+}
+
+// displays.md section 2: seen = L (a/P)^2 + (1/c) mean(E), here with what both panels leak.
+TEST(SimulateEye, BlackIsAsBrightAsTheContrastsSay) {
+  Display display = SmallDisplay({-10, 10});
+  display.contrast = 1000;
+  for (Layer& layer : display.layers) std::get<Barrier>(layer.optics).contrast = 300;
+  const double b = 1e-3, c = 1.0 / 300, open = 1.0 / 9;
+  for (const float content : {0.0F, 0.25F}) {
+    const LayerImages layers = Filled(display, [&](std::size_t, int, int) {
+      return Rgb{content, 0, content};
+    });
+    const Rgb seen = Mean(SimulateEye(layers, display, EyeAt(display, 17, 8)).color);
+    const auto expected = [&](double e) {
+      return 2 * (open + c * (1 - open)) * (b + (1 - b) * e) / open;
+    };
+    EXPECT_NEAR(seen.r, expected(static_cast<double>(content)), 1e-6);
+    EXPECT_NEAR(seen.g, expected(0), 1e-6);
+  }
+}
+
+// Of every pair of neighbours in the order of slots, r (1 - r) of the light comes from the other.
+TEST(SimulateEye, SlotsAreSeenInThoseBeforeAndAfterThem) {
+  Display display = SmallDisplay({0});
+  display.slot_crosstalk = 0.25;
+  LayerImages layers = Filled(display, [](std::size_t, int, int) { return Rgb{}; });
+  for (const int slot : {0, 4}) {  // neighbours: 0, 4, 8, ...
+    Image<Rgb>& color = layers.slots[0][static_cast<std::size_t>(slot)].color;
+    color = Image<Rgb>(color.width(), color.height(), Rgb{0, 1, 0});
+  }
+  // A pixel of the picture is one opening of one slot.
+  Eye eye = EyeAt(display, 0, 0, 36);
+  eye.top_mm = 24 * display.pitch_mm;
+  const Image<Rgb> seen = SimulateEye(layers, display, eye).color;
+  const float own = 1 - 2 * 0.1875F, cross = 0.1875F;
+  const std::array<float, 9> expected{own + cross, 0, 0, 0, own + cross, 0, 0, 0, cross};
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 3; ++x) {
+      const auto slot = static_cast<std::size_t>(3 * y + x);
+      // The last one in the order, before slot 0, is 5: (8 mod 3, (8 + 2) mod 3).
+      EXPECT_NEAR(seen(x, y).g, slot == 5 ? cross : expected[slot], 1e-5) << slot;
     }
   }
 }

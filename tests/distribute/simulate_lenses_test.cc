@@ -70,14 +70,21 @@ EyePicture ByLines(const LayerImages& layers, const Display& display, const Eye&
           const LayerMap map(display, static_cast<int>(l));
           const Eigen::Vector3d on = at + (map.position_mm() - at.z()) * slope;
           const auto hit = map.See(on.x(), on.y(), slope.x(), slope.y());
-          if (!hit || hit->guard) continue;
+          if (!hit) continue;
+          const double black = 1 / display.contrast;
+          for (int channel = 0; channel < 3; ++channel) {
+            if (hit->channel >= 0 && hit->channel != channel) continue;
+            light[channel] += black * (hit->channel >= 0 ? 3 : 1);
+          }
+          if (hit->guard) continue;
           const EmitterImage& image = layers.slots[l][0];
           const int column = static_cast<int>(hit->column), r = static_cast<int>(hit->row);
           const Rgb c = image.color(column, r);
           const float of[3] = {c.r, c.g, c.b};
           for (int channel = 0; channel < 3; ++channel) {
             if (hit->channel >= 0 && hit->channel != channel) continue;
-            light[channel] += static_cast<double>(of[channel]) * (hit->channel >= 0 ? 3 : 1);
+            light[channel] +=
+                (1 - black) * static_cast<double>(of[channel]) * (hit->channel >= 0 ? 3 : 1);
           }
           known += static_cast<double>(image.coverage(column, r));
           all += 1;
@@ -116,6 +123,7 @@ TEST_P(LensCases, MatchManyLines) {
   for (const bool shear : {true, false}) {
     Display display = WithOptics(GetParam().optics);
     display.shear = shear;
+    if (!shear) display.contrast = 20;
     display.layers[0].mirror_x = GetParam().mirror_x;
     const LayerImages layers = RandomEmitters(display);
     for (const auto& [x, y, plane] :

@@ -80,7 +80,15 @@ TEST(DisplayToml, ReadsBackWhatItWrote) {
   display.pitch_mm = 0.3113158871666749;
   display.layers[0].position_mm = -1.0 / 3;
   display.shear = false;
+  display.contrast = 1000;
+  display.slot_crosstalk = 0.125;
+  std::get<Barrier>(display.layers[1].optics).contrast = 300;
   EXPECT_EQ(ParseDisplay(ToToml(display), "again"), display);
+}
+
+TEST(DisplayToml, SaysNothingOfPanelsThatDoNotLeak) {
+  EXPECT_THAT(ToToml(TwoLayers()), Not(HasSubstr("contrast")));
+  EXPECT_THAT(ToToml(TwoLayers()), Not(HasSubstr("crosstalk")));
 }
 
 TEST(DisplayToml, TakesAFifthOfTheSpacingAsBorderWhereNoneIsGiven) {
@@ -434,6 +442,12 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"magnification = -1", [](Display& d) { d.layers[0].magnification = -1; }},
         Bad{"magnification = nan", [](Display& d) { d.layers[0].magnification = kNan; }},
         Bad{"not the planes of [varifocal]", [](Display& d) { d.varifocal = Varifocal{}; }},
+        Bad{"the panel's contrast = 1;", [](Display& d) { d.contrast = 1; }},
+        Bad{"the panel's contrast = nan", [](Display& d) { d.contrast = kNan; }},
+        Bad{"the modulator's contrast = 0.5",
+            [](Display& d) { std::get<Barrier>(d.layers[0].optics).contrast = 0.5; }},
+        Bad{"slot_crosstalk = 1.5", [](Display& d) { d.slot_crosstalk = 1.5; }},
+        Bad{"slot_crosstalk = nan", [](Display& d) { d.slot_crosstalk = kNan; }},
         Bad{"border_mm = 21 is wider", [](Display& d) { d.border_mm = 21; }}));
 
 }  // namespace

@@ -68,10 +68,24 @@ double PsnrDb(const Image<Rgb>& eye, const Image<Rgb>& photograph, double gain) 
   return 10 * std::log10(count / sum);
 }
 
-TEST(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
-  const Display display = SmallPrototype();
+// Panels that leak, and are slower than their slots.
+void MakeReal(Display& display) {
+  display.contrast = 50;
+  display.slot_crosstalk = 0.2;
+  std::get<Barrier>(display.layers[0].optics).contrast = 30;
+  std::get<Barrier>(display.layers[1].optics).contrast = 60;
+}
+
+class PrototypeAndEye : public testing::TestWithParam<bool> {};
+
+TEST_P(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
+  Display display = SmallPrototype();
+  if (GetParam()) MakeReal(display);
   const LayerImages layers = Emitters(display);
-  const Prototype prototype = Showing(display, DesignCalibration(display), layers);
+  Prototype prototype = Showing(display, DesignCalibration(display), layers);
+  for (ShownLayer& shown : prototype.shown) {
+    if (GetParam()) shown = WithSlotCrosstalk(shown, SlotOrder(3), display.slot_crosstalk);
+  }
   for (const double x : {0.0, 24.5}) {
     Eye eye;
     eye.position = {x, -x / 2, 600};
@@ -99,11 +113,16 @@ TEST(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Panels, PrototypeAndEye, testing::Bool(),
+                         [](const auto& test) { return test.param ? "AsTheyAre" : "Ideal"; });
+
 // The preview's eyes before a calibrated display, where the calibration says that it is as
 // designed; with emitters of which nothing is known.
 TEST(CalibratedEyes, SeeWhatSimulatedEyesSeeOfADisplayAsDesigned) {
   LayersRecord record;
   record.display = SmallPrototype();
+  std::get<Barrier>(record.display.layers[0].optics).contrast = 30;
+  record.display.slot_crosstalk = 0.2;
   record.calibration = DesignCalibration(record.display);
   // Light that two panels share unequally is made up for.
   record.calibration->layers[0].gain = 0.7;
