@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Measures what lamella reaches and what it costs, with commands anyone can run, and writes
-# docs/accuracy.md and the table in README.md. Takes about half an hour on two idle cores.
+# docs/accuracy.md and the table in README.md. Takes about an hour and a half on two idle cores.
 #
-#   scripts/accuracy.sh [--fresh] [--only true-depth]
+#   scripts/accuracy.sh [--fresh] [--only true-depth|calibration]
 #
 # Needs the real captures in LAMELLA_DATA (or ../shared/data beside the checkout); the generated
 # capture is made on the way. Measurements that are there already (output/accuracy/) are kept; --fresh
@@ -17,7 +17,7 @@ while (($#)); do
   case "$1" in
     --fresh) fresh=true; shift ;;
     --only) only=(--only "$2"); shift 2 ;;
-    *) echo "accuracy: unknown argument $1; usage: scripts/accuracy.sh [--fresh] [--only true-depth]" >&2; exit 2 ;;
+    *) echo "accuracy: unknown argument $1; usage: scripts/accuracy.sh [--fresh] [--only true-depth|calibration]" >&2; exit 2 ;;
   esac
 done
 
