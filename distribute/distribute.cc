@@ -9,6 +9,7 @@
 #include "distribute/accumulate.h"
 #include "distribute/assign.h"
 #include "distribute/calibrated_beams.h"
+#include "distribute/depth_blur.h"
 #include "distribute/emitter_beams.h"
 #include "distribute/nodes.h"
 #include "distribute/seen_rays.h"
@@ -75,8 +76,9 @@ void WidenSamples(const Display& display, int samples_per_pixel, std::vector<Sam
 
 NodeLattice NodesOf(const Display& display, const std::vector<LayerBeams>& beams, bool own_beams,
                     const LayersOptions& options) {
-  NodeLattice nodes = NodesFor(display, beams, options.nodes_per_step, options.samples_per_pixel,
-                               KernelOf(options.kernel));
+  NodeLattice nodes = NodesFor(
+      display, beams, options.nodes_per_step, options.samples_per_pixel, KernelOf(options.kernel),
+      options.prefilter == "blur" ? BlurPlanes(display, beams) : std::vector<double>());
   if (own_beams) WidenSamples(display, options.samples_per_pixel, nodes.samples_x);
   if (own_beams) WidenSamples(display, options.samples_per_pixel, nodes.samples_y);
   nodes.scatter = options.scatter;
@@ -116,9 +118,10 @@ std::vector<ColumnPlaces> SortColumnsByNode(int slots, int columns, std::vector<
   return places;
 }
 
-// Of the rows [first_row, end_row) of the sums.
-EmitterImage Normalised(const Image<Light>& sums, const ColumnPlaces& places, int first_row,
-                        int end_row) {
+// Of the rows [first_row, end_row) of the sums. The weights of the gather are 1 in all, those of
+// the blur `blurred` are what they are, with the ones of what is `unknown` (null: nothing).
+EmitterImage Normalised(const Image<Light>& sums, bool blurred, const Image<Light>* unknown,
+                        const ColumnPlaces& places, int first_row, int end_row) {
   EmitterImage image{Image<Rgb>(sums.width(), end_row - first_row),
                      Image<float>(sums.width(), end_row - first_row)};
   for (int y = 0; y < image.color.height(); ++y) {
@@ -127,7 +130,9 @@ EmitterImage Normalised(const Image<Light>& sums, const ColumnPlaces& places, in
       if (sum.coverage < kLeastCoverage) continue;
       const float scale = 1 / sum.coverage;
       image.color(x, y) = {scale * sum.r, scale * sum.g, scale * sum.b};
-      image.coverage(x, y) = std::min(sum.coverage, 1.0F);
+      float all = blurred ? sum.coverage : 1;
+      if (unknown != nullptr) all += (*unknown)(places[Index(x)], first_row + y).coverage;
+      image.coverage(x, y) = std::min(sum.coverage / all, 1.0F);
     }
   }
   return image;
@@ -161,6 +166,7 @@ class Distributor {
         nodes_(NodesOf(display_, beams_, !maps_.empty(), options)),
         strips_(StripsOf(display_, nodes_, source, !maps_.empty(), options.memory_gib * kGib)),
         samples_(Index(kNodesAtATime)),
+        blur_(nodes_.planes_mm, display_.layers.size()),
         layers_(display_.layers.size()),
         sums_(display_.layers.size()) {}
 
@@ -181,17 +187,22 @@ class Distributor {
     std::vector<Ways> ways;
   };
 
-  // Beams and the nodes' rays that stand for them cross in the layer.
-  void BeginColumns(int index, LayerStrip& strip, LayerSums& layer) const {
-    const double z = display_.layers[Index(index)].position_mm;
-    layer.overlaps.x.clear();
-    for (const auto& family : strip.beams.columns) {
-      layer.overlaps.x.push_back(
-          OverlapsOf(family, z, nodes_.aim, z, nodes_.x, nodes_.sample_x, kernel_));
+  // Of a layer; by plane where pictures are blurred.
+  LayerOverlaps& OverlapsAt(int layer, int plane) {
+    return blur_.on() ? blur_.Overlaps(layer, plane) : sums_[Index(layer)].overlaps;
+  }
+
+  void BeginColumns(int index, LayerStrip& strip) {
+    const Layer& of = display_.layers[Index(index)];
+    for (int plane = 0; plane < nodes_.NumPlanes(); ++plane) {
+      std::vector<AxisOverlaps>& x = OverlapsAt(index, plane).x;
+      x.clear();
+      for (const auto& family : strip.beams.columns) {
+        x.push_back(OverlapsAlongX(nodes_, family, of.position_mm, kernel_, plane));
+      }
+      // The same on all planes: each beam has one node there.
+      strip.places = SortColumnsByNode(SlotsPerAxis(of), EmitterColumns(display_, of), x);
     }
-    strip.places = SortColumnsByNode(SlotsPerAxis(display_.layers[Index(index)]),
-                                     EmitterColumns(display_, display_.layers[Index(index)]),
-                                     layer.overlaps.x);
   }
 
   // One row of emitters with beams of their own.
@@ -237,16 +248,16 @@ class Distributor {
   }
 
   void Begin(const Strip& rows, int index, const PictureSize& picture, LayerStrip& strip,
-             LayerSums& sums) const {
+             LayerSums& sums) {
     if (!maps_.empty()) return BeginOwn(rows, index, picture, strip, sums);
     const Layer& layer = display_.layers[Index(index)];
     if (HasRowFamilies(layer)) {
       strip.beams = BeamsOf(display_, index, rows.first_row, rows.end_row);
-      BeginColumns(index, strip, sums);
+      BeginColumns(index, strip);
     } else {
       if (strip.places.empty()) {
         strip.beams.columns = beams_[Index(index)].columns;
-        BeginColumns(index, strip, sums);
+        BeginColumns(index, strip);
       }
       strip.beams.rows.clear();
       for (const EmitterBeam& row : beams_[Index(index)].rows) {
@@ -254,9 +265,10 @@ class Distributor {
           strip.beams.rows.push_back(row);
       }
     }
-    const double z = layer.position_mm;
-    sums.overlaps.y =
-        OverlapsOf(strip.beams.rows, z, nodes_.aim, z, nodes_.y, nodes_.sample_y, kernel_);
+    for (int plane = 0; plane < nodes_.NumPlanes(); ++plane) {
+      OverlapsAt(index, plane).y =
+          OverlapsAlongY(nodes_, strip.beams.rows, layer.position_mm, kernel_, plane);
+    }
     BeginSums(rows, layer, sums.sums);
   }
 
@@ -282,6 +294,7 @@ class Distributor {
       const std::size_t l = static_cast<std::size_t>(layer);
       Begin(strip, static_cast<int>(layer), picture, layers_[l], sums_[l]);
     });
+    blur_.BeginStrip();
     std::vector<SampleRange> rows(Index(nodes_.y.count));
     for (int node_y = 0; node_y < nodes_.y.count; ++node_y) rows[Index(node_y)] = RowsFor(node_y);
     MakeRoom(rows);
@@ -301,8 +314,9 @@ class Distributor {
   // The rows of samples that the strip needs at a node.
   SampleRange RowsFor(int node_y) const {
     std::vector<const AxisOverlaps*> axes;
+    blur_.AddAxesOfRows(axes);
     for (const LayerSums& layer : sums_) {
-      if (maps_.empty()) axes.push_back(&layer.overlaps.y);
+      if (maps_.empty() && !blur_.on()) axes.push_back(&layer.overlaps.y);
       for (const OwnOverlaps& own : layer.overlaps.own) axes.push_back(&own.y);
     }
     const SampleRange needed = SamplesOf(axes, node_y), &all = nodes_.samples_y[Index(node_y)];
@@ -339,6 +353,7 @@ class Distributor {
       if (nodes_.samples_x[Index(node_x)].size() == 0) continue;
       nodes.push_back(Ask(node_x, node_y, y, samples_[Index(node_x - first_x)]));
     }
+    if (blur_.on()) return blur_.Add(nodes, node_y, weights_, sums_);
     Accumulate(nodes, node_y, weights_, sums_);
   }
 
@@ -356,9 +371,10 @@ class Distributor {
       const SeenCounter count_picture(strip.beams, z, static_cast<int>(s), k, picture);
       const int rows = sums.slots[slot].height();
       for (int row = 0; row < rows; row += kBlockRows) {
-        EmitterRows some{layer, static_cast<int>(s), sums.first_row + row,
-                         Normalised(sums.slots[slot], strip.places[slot % Index(k)], row,
-                                    std::min(row + kBlockRows, rows))};
+        EmitterRows some{
+            layer, static_cast<int>(s), sums.first_row + row,
+            Normalised(sums.slots[slot], blur_.on(), blur_.Unknown(layer, slot),
+                       strip.places[slot % Index(k)], row, std::min(row + kBlockRows, rows))};
         if (maps_.empty()) {
           count_all.Add(some.first_row, some.emitters.coverage, all[slot]);
           count_picture.Add(some.first_row, some.emitters.coverage, in_picture[slot]);
@@ -383,6 +399,7 @@ class Distributor {
   NodeLattice nodes_;
   const std::vector<Strip> strips_;
   std::vector<Image<RaySample>> samples_;  // room for each of the nodes that are added at a time
+  DepthBlur blur_;
   std::vector<LayerStrip> layers_;
   std::vector<LayerSums> sums_;
   SeenRays all_, in_picture_;
@@ -417,6 +434,11 @@ SeenShares Distribute(const RaySource& source, const Display& display, const Lay
                       const PictureSize& picture, const TakeEmitterRows& take, Progress& progress,
                       const Calibration* calibration) {
   Check(display, display.name);
+  if (options.prefilter == "blur" && (calibration != nullptr || options.scatter)) {
+    throw UsageError("--layers-prefilter",
+                     "blur has neither beams of a calibration nor scattered rays",
+                     "leave it at \"gather\"");
+  }
   if (calibration != nullptr) {
     CheckCalibrates(*calibration, display, "calibration");
     if (options.directions != "true") {
@@ -481,6 +503,13 @@ OptionTable Describe(LayersOptions& options) {
         {},
         {},
         {"beam", "lens", "ray"}},
+       {"prefilter",
+        "gather (all of a beam's lines, exactly) or blur (the picture along its central ray, as "
+        "wide as the beam is at the depth of what is seen there: wrong where things hide others)",
+        &options.prefilter,
+        {},
+        {},
+        {"gather", "blur"}},
        {"directions",
         "of a window that is sheared to the viewer: true (rounded to whole emitters) or ideal (the "
         "paper's, not rounded: the picture jumps where the rounding steps)",

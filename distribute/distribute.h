@@ -25,11 +25,12 @@ namespace lamella {
 struct LayersOptions {
   std::string display = "paper-two-layer";  // a preset's name or a file
   PlacementOptions placement;
-  int nodes_per_step = 1;           // nodes of the eye plane (or slopes) per emitter step and axis
-  int samples_per_pixel = 1;        // rays per emitter pitch and axis in a node's bundle
-  std::string kernel = "beam";      // prefilter: beam, lens or ray (distribute/prefilter.h)
-  std::string directions = "true";  // or "ideal" (distribute/emitter_beams.h)
-  std::string calibration;          // calibration.json of the display; "": as designed
+  int nodes_per_step = 1;            // nodes of the eye plane (or slopes) per emitter step and axis
+  int samples_per_pixel = 1;         // rays per emitter pitch and axis in a node's bundle
+  std::string kernel = "beam";       // prefilter: beam, lens or ray (distribute/prefilter.h)
+  std::string prefilter = "gather";  // or "blur", driven by depth (distribute/depth_blur.h)
+  std::string directions = "true";   // or "ideal" (distribute/emitter_beams.h)
+  std::string calibration;           // calibration.json of the display; "": as designed
   bool scatter = false;  // nodes and samples within their cells by a low-discrepancy sequence
   std::optional<double> border_mm, border_offset_mm;  // default: the display's
   // Of what distribution allocates; strip by strip where all rows need more. Changes no value.

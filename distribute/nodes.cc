@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "distribute/depth_blur.h"
+
 namespace lamella {
 namespace {
 
@@ -77,7 +79,29 @@ Scatter ScatterOf(const NodeLattice& nodes, int node_x, int node_y) {
   return scatter;
 }
 
+// Beams and the nodes' rays that stand for them cross in the layer, or in the plane that is
+// blurred.
+AxisOverlaps OverlapsAlong(const NodeLattice& nodes, const NodeAxis& axis,
+                           const SampleAxis& samples, std::span<const EmitterBeam> beams,
+                           double layer_mm, Kernel kernel, int plane) {
+  if (nodes.planes_mm.empty()) {
+    return OverlapsOf(beams, layer_mm, nodes.aim, layer_mm, axis, samples, kernel);
+  }
+  return BlurOverlapsOf(beams, layer_mm, nodes.aim, nodes.planes_mm[Index(plane)], axis, samples,
+                        kernel);
+}
+
 }  // namespace
+
+AxisOverlaps OverlapsAlongX(const NodeLattice& nodes, std::span<const EmitterBeam> columns,
+                            double layer_mm, Kernel kernel, int plane) {
+  return OverlapsAlong(nodes, nodes.x, nodes.sample_x, columns, layer_mm, kernel, plane);
+}
+
+AxisOverlaps OverlapsAlongY(const NodeLattice& nodes, std::span<const EmitterBeam> rows,
+                            double layer_mm, Kernel kernel, int plane) {
+  return OverlapsAlong(nodes, nodes.y, nodes.sample_y, rows, layer_mm, kernel, plane);
+}
 
 SampleRange SamplesOf(const std::vector<const AxisOverlaps*>& axes, int node) {
   SampleRange range{std::numeric_limits<int>::max(), std::numeric_limits<int>::min()};
@@ -91,8 +115,10 @@ SampleRange SamplesOf(const std::vector<const AxisOverlaps*>& axes, int node) {
 }
 
 NodeLattice NodesFor(const Display& display, const std::vector<LayerBeams>& beams,
-                     int nodes_per_step, int samples_per_pixel, Kernel kernel) {
+                     int nodes_per_step, int samples_per_pixel, Kernel kernel,
+                     const std::vector<double>& planes_mm) {
   NodeLattice nodes;
+  nodes.planes_mm = planes_mm;
   nodes.aim = {display.shear, display.viewing_distance_mm};
   const double step = StepOfAims(display) / nodes_per_step;
   const Layer& first = display.layers[0];
@@ -108,12 +134,12 @@ NodeLattice NodesFor(const Display& display, const std::vector<LayerBeams>& beam
   nodes.samples_y.resize(Index(nodes.y.count));
   for (std::size_t layer = 0; layer < beams.size(); ++layer) {
     const double z = display.layers[layer].position_mm;
-    for (const auto& family : beams[layer].columns) {
-      AddRanges(OverlapsOf(family, z, nodes.aim, z, nodes.x, nodes.sample_x, kernel),
-                nodes.samples_x);
+    for (int plane = 0; plane < nodes.NumPlanes(); ++plane) {
+      for (const auto& family : beams[layer].columns) {
+        AddRanges(OverlapsAlongX(nodes, family, z, kernel, plane), nodes.samples_x);
+      }
+      AddRanges(OverlapsAlongY(nodes, beams[layer].rows, z, kernel, plane), nodes.samples_y);
     }
-    AddRanges(OverlapsOf(beams[layer].rows, z, nodes.aim, z, nodes.y, nodes.sample_y, kernel),
-              nodes.samples_y);
   }
   return nodes;
 }

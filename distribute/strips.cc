@@ -32,6 +32,32 @@ double NodesOfBeam(const Display& display, const Layer& layer, const NodeAxis& a
   return std::min(static_cast<double>(axis.count), directions * step / axis.step + 2);
 }
 
+// Samples that a beam takes on all planes of the blur together, along an axis.
+double SamplesOfBlur(const Display& display, const Layer& layer, const NodeLattice& nodes,
+                     const SampleAxis& samples) {
+  const auto* barrier = std::get_if<Barrier>(&layer.optics);
+  const double element = barrier != nullptr ? barrier->aperture_px * display.emitter_pitch_mm(layer)
+                                            : LatticePitchMm(display, layer);
+  const double emitter = DirectionStepMm(display, layer);
+  double taken = 0;
+  for (const double z : nodes.planes_mm) {
+    const double gaps = std::abs(z - layer.position_mm) / layer.seen_d0_mm();
+    const double width = element * (1 + gaps) + emitter * gaps;
+    const double stretch =
+        nodes.aim.points ? nodes.aim.distance_mm / (nodes.aim.distance_mm - z) : 1;
+    taken += stretch * width / samples.size_mm + 2;
+  }
+  return taken;
+}
+
+double OverlapBytes(const Display& display, const Layer& layer, const NodeLattice& nodes,
+                    const NodeAxis& axis, const SampleAxis& samples) {
+  if (nodes.planes_mm.empty()) return kOverlapBytes * NodesOfBeam(display, layer, axis);
+  // Lists of weights have room to grow.
+  return static_cast<double>(nodes.planes_mm.size()) * kOverlapBytes +
+         2 * sizeof(float) * SamplesOfBlur(display, layer, nodes, samples);
+}
+
 double BytesOfSums(const Display& display, int rows) {
   double bytes = 0;
   for (const Layer& layer : display.layers) {
@@ -47,8 +73,10 @@ double BytesOfBeams(const Display& display, const NodeLattice& nodes, int rows) 
   double bytes = 0;
   for (const Layer& layer : display.layers) {
     const double k = SlotsPerAxis(layer);
-    const double along_x = kBeamBytes + kOverlapBytes * NodesOfBeam(display, layer, nodes.x);
-    const double along_y = kBeamBytes + kOverlapBytes * NodesOfBeam(display, layer, nodes.y);
+    const double along_x =
+        kBeamBytes + OverlapBytes(display, layer, nodes, nodes.x, nodes.sample_x);
+    const double along_y =
+        kBeamBytes + OverlapBytes(display, layer, nodes, nodes.y, nodes.sample_y);
     const double families = HasRowFamilies(layer) ? rows : 2;
     bytes += k * EmitterColumns(display, layer) * families * along_x;
     bytes += k * (rows * along_y + display.emitter_rows() * kBeamBytes);
@@ -77,7 +105,9 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
     columns = std::max(columns, EmitterColumns(display, layer));
   }
   const double per_row = display.emitter_pitch_mm() / nodes.sample_y.size_mm;
-  const int reach = static_cast<int>(std::ceil(per_row * (elements + 2)));
+  const bool blurs = !nodes.planes_mm.empty();
+  const int reach =
+      blurs ? Widest(nodes.samples_y) : static_cast<int>(std::ceil(per_row * (elements + 2)));
   const int height = std::min(static_cast<int>(std::ceil(per_row * rows)) + reach,
                               std::max(Widest(nodes.samples_y), 1));
   const double samples = static_cast<double>(width) * height * sizeof(RaySample);
@@ -86,8 +116,10 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
                            2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
   const double beams =
       own_beams ? BytesOfOwnBeams(display, rows) : BytesOfBeams(display, nodes, rows);
-  return BytesOfSums(display, rows) + beams + kNodesAtATime * samples +
-         source.QueryBytes(width, height) + NumThreads() * of_thread;
+  // The blur holds apart what is unknown, and a node's samples of a plane.
+  return (blurs ? 2 : 1) * BytesOfSums(display, rows) + beams +
+         (blurs ? 3 : 1) * kNodesAtATime * samples + source.QueryBytes(width, height) +
+         NumThreads() * of_thread;
 }
 
 std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,

@@ -6,14 +6,17 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include <gtest/gtest.h>
 
 #include "distribute/assign.h"
+#include "distribute/depth_blur.h"
 #include "distribute/displays.h"
 #include "distribute/simulate_eye.h"
 #include "lightfield/error.h"
 #include "lightfield/parallel.h"
+#include "lightfield/ray_map.h"
 #include "tests/reference/distribute_reference.h"
 
 namespace lamella {
@@ -191,6 +194,97 @@ TEST(Distribute, AsCalibratedDependsOnNeitherThreadsNorStrips) {
   EXPECT_LT(watched.most_rows, 180) << "there are strips";
   EXPECT_EQ(seen.of_all, all.seen_share);
   EXPECT_GT(seen.of_all, 1 - 1e-5);  // no part of a beam is lost
+}
+
+// Emitters of a plane with a wave along x, in closed form: S(f) of the beam's section there
+// (displays.md section 1.3), at its central ray.
+double LargestErrorOnAPlane(const Display& display, int layer, double z, double f,
+                            const EmitterImage& image, int slot) {
+  const RayMap map(display, layer);
+  const double offset = z - map.position_mm(), weight = ReferenceWeight(display, layer, z);
+  const auto sinc = [](double t) { return t == 0 ? 1 : std::sin(M_PI * t) / (M_PI * t); };
+  double largest = 0;
+  for (int column = 0; column < map.columns(); ++column) {
+    const std::optional<AxisBeam> beam = map.Column(slot, column);
+    if (!beam || !map.Row(0, map.rows() / 2)) continue;
+    const double expected = 0.5 + 0.4 * sinc(f * beam->OpeningBlurMm(offset)) *
+                                      sinc(f * beam->EmitterBlurMm(offset)) *
+                                      std::cos(2 * M_PI * f * beam->At(offset));
+    const double light = static_cast<double>(image.color(column, map.rows() / 2).g);
+    largest = std::max(largest, std::abs(light - weight * expected));
+  }
+  return largest;
+}
+
+TEST(Blur, OfAPlaneIsTheBeam) {
+  const Display display = Small("paper-two-layer", 48, 12);
+  std::vector<LayerBeams> beams;
+  for (int layer = 0; layer < 2; ++layer) beams.push_back(EnclosingBeamsOf(display, layer));
+  const std::vector<double> planes = BlurPlanes(display, beams);
+  for (const double depth : {-35.0, 2.0}) {
+    const auto next = std::upper_bound(planes.begin(), planes.end(), depth);
+    // On a plane of the blur, and farthest from any.
+    for (const double z : {*next, (*next + *(next - 1)) / 2}) {
+      AnalyticScene scene;
+      const double f = 0.3;
+      scene.rectangles = {Plane(z, [f](double x, double) {
+        const float light = static_cast<float>(0.5 + 0.4 * std::cos(2 * M_PI * f * x));
+        return Rgb{light, light, light};
+      })};
+      LayersOptions options = Options(1, 2);
+      options.prefilter = "blur";
+      const LayerImages images = Distribute(scene, display, options, SilentProgress());
+      for (int layer = 0; layer < 2; ++layer) {
+        const EmitterImage& image = images.slots[static_cast<std::size_t>(layer)][1];
+        const double error = LargestErrorOnAPlane(display, layer, z, f, image, 1);
+        EXPECT_LT(error, z == *next ? 0.004 : 0.025) << "z = " << z << ", layer " << layer;
+      }
+    }
+  }
+}
+
+// What it gets wrong: its pictures hide what a wide beam's outer lines see.
+TEST(Blur, IsNearTheBeamWhereThingsHideOthers) {
+  const Display display = Small("paper-two-layer", 42, 24);
+  AnalyticScene scene;
+  scene.rectangles = {
+      Plane(-12, Waves(0.3)), {9, -3, 2, -1, 4, Waves(0.4)}, {-1, 1, 6, -3, 2, Constant(0.9F)}};
+  LayersOptions options = Options(1, 2);
+  const LayerImages gathered = Distribute(scene, display, options, SilentProgress());
+  options.prefilter = "blur";
+  const LayerImages blurred = Distribute(scene, display, options, SilentProgress());
+  EXPECT_EQ(blurred.seen_share, 1) << "nothing is unknown";
+  for (std::size_t layer = 0; layer < 2; ++layer) {
+    const EmitterImage truth = ReferenceEmitters(scene, display, static_cast<int>(layer), 4, 6);
+    const double db = EmitterPsnr(blurred.slots[layer][4], truth);
+    EXPECT_GE(db, 23) << layer;
+    EXPECT_LE(db, EmitterPsnr(gathered.slots[layer][4], truth)) << layer;
+  }
+}
+
+TEST(Blur, TellsShadowsFromTheUnknown) {
+  const Display display = Small("paper-two-layer", 90, 12);
+  AnalyticScene scene;  // a plane that ends at x = 0, and nothing is known beside it
+  scene.rectangles = {{-10, -kEverywhere, 0, -kEverywhere, kEverywhere, Constant(1)}};
+  scene.background_known = false;
+  LayersOptions options = Options(1, 1);
+  options.prefilter = "blur";
+  const LayerImages images = Distribute(scene, display, options, SilentProgress());
+  const EmitterImage &back = images.slots[0][4], &front = images.slots[1][4];
+  EXPECT_EQ(back.coverage(20, 6), 1);
+  EXPECT_NEAR(back.color(20, 6).g, 1, 1e-6);
+  EXPECT_EQ(front.coverage(20, 6), 1) << "a shadow";
+  EXPECT_EQ(front.color(20, 6), Rgb());
+  EXPECT_EQ(back.coverage(70, 6), 0);
+  EXPECT_EQ(front.coverage(70, 6), 0);
+}
+
+TEST(Blur, IsRefusedForACalibratedDisplay) {
+  const Display display = Small("paper-two-layer", 42, 24);
+  const Calibration design = DesignCalibration(display);
+  LayersOptions options = Options(1, 1);
+  options.prefilter = "blur";
+  EXPECT_THROW(Distribute(AnalyticScene(), display, options, SilentProgress(), &design), Error);
 }
 
 TEST(Distribute, FiltersWithALensBeam) {

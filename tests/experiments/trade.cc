@@ -216,6 +216,10 @@ std::vector<Way> Ways(bool quick) {
   for (const int samples : {2, 3}) add("beam, finer samples", "beam", false, 1, samples);
   for (const int nodes : {1, 2, 3, 4}) add("beam, scattered", "beam", true, nodes, 1);
   for (const int nodes : {1, 2, 3}) add("lens kernel", "lens", false, nodes, 1);
+  for (const int nodes : {1, 2}) {
+    add("blur by depth", "beam", false, nodes, 1);
+    ways.back().options.prefilter = "blur";
+  }
   for (const int samples : {1, 2, 4}) add("no prefilter", "ray", false, 1, samples);
   for (const int rays : {1, 4, 16, 64}) {
     ways.push_back({"Algorithm 2", {}, rays});
