@@ -171,7 +171,7 @@ ExitCode RunSolveSheets(const SolveArguments& arguments, Progress& progress) {
   fmt::print("{}", text);
   WriteTextAtomically(text_file, text);
   const std::vector<Weakness> failures = solved.failures();
-  if (failures.empty()) SaveCalibration(out, solved.calibration, MeasurementOf(solved));
+  if (failures.empty()) SaveCalibration(out, solved.calibration, {MeasurementOf(solved), {}});
   return CodeOf(failures, out.string() + " was not written");
 }
 
@@ -192,7 +192,7 @@ ExitCode RunSolveVarifocal(const SolveArguments& arguments, Progress& progress) 
   fmt::print("{}", text);
   WriteTextAtomically(text_file, text);
   if (solved.report.accepted()) {
-    SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
+    SaveCalibration(out, solved.report.calibration, {MeasurementOf(solved), {}});
   }
   return CodeOf(solved.report.failures, out.string() + " was not written");
 }
@@ -226,7 +226,7 @@ ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
   WriteTextAtomically(text_file, text);
   WriteTextAtomically(page_file, CalibrationPage(solved));
   if (solved.report.accepted()) {
-    SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
+    SaveCalibration(out, solved.report.calibration, {MeasurementOf(solved), {}});
   }
   return CodeOf(solved.report.failures, out.string() + " was not written");
 }
@@ -312,7 +312,8 @@ ExitCode RunPhotometry(PhotometryArguments arguments, Progress& progress) {
   fmt::print("{}", text);
   WriteTextAtomically(text_file, text);
   const std::filesystem::path& given = arguments.options.calibration;
-  SaveCalibration(out, measured.calibration, given.empty() ? std::nullopt : LoadMeasurement(given));
+  SaveCalibration(out, measured.calibration,
+                  {given.empty() ? std::nullopt : LoadMeasurement(given), measured.deviations});
   return ExitCode::kDone;
 }
 

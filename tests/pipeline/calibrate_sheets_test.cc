@@ -145,7 +145,7 @@ TEST(CalibrateSheets, FindsSlantedLensesOfAVirtualPrototype) {
     }
   }
   const fs::path file = taken.folder / "calibration.json";
-  SaveCalibration(file, solved.calibration, MeasurementOf(solved));
+  SaveCalibration(file, solved.calibration, {MeasurementOf(solved), {}});
   EXPECT_EQ(LoadCalibration(file).layers[0].lattice->phase,
             solved.calibration.layers[0].lattice->phase);
   const CalibrationMeasurement measured = LoadMeasurement(file).value();

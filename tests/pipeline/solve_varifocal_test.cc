@@ -118,7 +118,7 @@ TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
     EXPECT_LT(plane.magnification_sd, 5e-4);
   }
   // It is read back with what it is worth.
-  SaveCalibration(folder / "found.json", report.calibration, MeasurementOf(solved));
+  SaveCalibration(folder / "found.json", report.calibration, {MeasurementOf(solved), {}});
   EXPECT_EQ(LoadCalibration(folder / "found.json").layers[1].emitter.scale,
             report.calibration.layers[1].emitter.scale);
   const auto measured = LoadMeasurement(folder / "found.json");
