@@ -10,7 +10,6 @@
 #include "calibration/initialise.h"
 #include "calibration/solve.h"
 #include "calibration/uncertainty.h"
-#include "lightfield/error.h"
 
 namespace lamella {
 namespace {

@@ -1,5 +1,6 @@
 #include "pipeline/printed_board.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
