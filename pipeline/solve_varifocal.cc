@@ -60,10 +60,16 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
                                SolvedVarifocal& solved, VarifocalObservations& observations) {
   const PhotoCamera body = BodyOf(checked, options.photos.focal_px);
   observations.cameras.push_back({body.name, body.width, body.height, body.focal_px, {}});
-  const PanelCalibration sheet = PanelOf(BoardOf(checked, options.board_square_mm));
+  const PrintedBoard printed = BoardOf(checked, options.board_square_mm);
+  const PanelCalibration sheet = PanelOf(printed);
+  const std::vector<BoardPhoto> photos = BoardPhotosOf(checked, options.photos.photos);
+  // Corners are known as well as they fit the board alone: a page is not flat to a hundredth of a
+  // pixel, and with less its marks would be taken for errors beside the planes' points.
+  const double rms_px = CamerasOfBoard(photos, body, printed).rms_px;
+  const Eigen::Matrix2d covariance = rms_px * rms_px * Eigen::Matrix2d::Identity();
   ViewOfPosition view_of(static_cast<std::size_t>(checked.num_views), -1);
   std::vector<int> positions;
-  for (const BoardPhoto& photo : BoardPhotosOf(checked, options.photos.photos)) {
+  for (const BoardPhoto& photo : photos) {
     const auto position = static_cast<std::size_t>(photo.view);
     if (IsComplete(checked, photo.view)) {
       view_of[position] = static_cast<int>(observations.views.size());
@@ -71,7 +77,7 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
     VarifocalView view{fmt::format("{}", photo.view + 1), 0, {}, {}};
     for (const Observation& point : photo.points) {
       view.marks.push_back(
-          {PanelPoint(sheet, point.panel_px).head<2>(), point.image_px, point.covariance_px2});
+          {PanelPoint(sheet, point.panel_px).head<2>(), point.image_px, covariance});
     }
     observations.views.push_back(view);
     positions.push_back(photo.view);
