@@ -66,6 +66,26 @@ std::vector<CharucoBoard> LayOutBoards(const std::vector<PanelSize>& panels) {
   }
 }
 
+PrintedBoard BoardToPrint() {
+  constexpr int kColumns = 13, kRows = 9;
+  constexpr int kSquarePx = 35;  // a marker's module is 3 px
+  constexpr double kSquareMm = 20, kPaperWidthMm = 297, kPaperHeightMm = 210;
+  const auto pixels = [](double mm) { return static_cast<int>(mm / kSquareMm * kSquarePx); };
+  CharucoBoard board{pixels(kPaperWidthMm), pixels(kPaperHeightMm), kColumns, kRows, kSquarePx};
+  board.left_px = (board.panel_width_px - kColumns * kSquarePx) / 2;
+  board.top_px = (board.panel_height_px - kRows * kSquarePx) / 2;
+  board.first_id = kNumMarkers - board.num_markers();
+  return {board, kSquareMm};
+}
+
+PanelCalibration PanelOf(const PrintedBoard& printed) {
+  PanelCalibration panel;
+  panel.width_px = printed.board.panel_width_px;
+  panel.height_px = printed.board.panel_height_px;
+  panel.pitch_mm = printed.pitch_mm();
+  return panel;
+}
+
 Image<Rgb8> DrawBoard(const CharucoBoard& board) {
   Image<Rgb8> image(board.panel_width_px, board.panel_height_px, {255, 255, 255});
   const Image<std::uint8_t> squares =

@@ -1,12 +1,13 @@
-// ChArUco boards (OpenCV's, of its dictionary DICT_5X5_1000) that fill a panel: a chessboard whose
-// white squares hold markers, so that every corner has an identity (calibration.md sections 3 and
-// 4).
+// ChArUco boards (OpenCV's, of its dictionary DICT_5X5_1000) that fill a panel or a sheet of paper:
+// a chessboard whose white squares hold markers, so that every corner has an identity
+// (calibration.md sections 3 and 4).
 #pragma once
 
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "lightfield/calibration.h"
 #include "lightfield/image.h"
 
 namespace lamella {
@@ -37,6 +38,20 @@ bool HasRoomForBoard(const PanelSize& panel);
 // and larger squares where the dictionary's 1000 would not suffice. UsageError where a panel is too
 // small, or there are too many panels.
 std::vector<CharucoBoard> LayOutBoards(const std::vector<PanelSize>& panels);
+
+// A board on paper, fixed to a display's frame, where lenses hide what would tell the camera's
+// place (calibration.md section 3). Its frame is a panel's: mm, origin in the middle, x right, y
+// up, z towards the viewer.
+struct PrintedBoard {
+  CharucoBoard board;
+  double square_mm = 0;  // side of a square
+  double pitch_mm() const { return square_mm / board.square_px; }
+  friend bool operator==(const PrintedBoard&, const PrintedBoard&) = default;
+};
+// The board as a panel whose pixels are those of its drawing.
+PanelCalibration PanelOf(const PrintedBoard& printed);
+// 13 x 9 squares of 20 mm, which fill a sheet of A4 across, of the dictionary's last markers.
+PrintedBoard BoardToPrint();
 
 // What the panel shows: white around the board, every square whole pixels.
 Image<Rgb8> DrawBoard(const CharucoBoard& board);

@@ -121,6 +121,23 @@ double MedianSigma(const std::vector<SheetRay>& rays, const LatticeModel& model)
   return *middle;
 }
 
+// The gradient's change in every way that the cameras may be off.
+std::vector<Vector5d> ChangesOf(const CameraErrors& errors, const LatticeObservations& observations,
+                                const LayerCalibration& design, const LatticeFit& fit) {
+  LatticeObservations some = observations;
+  some.samples.clear();
+  for (std::size_t i = 0; i < observations.samples.size(); i += errors.every) {
+    some.samples.push_back(observations.samples[i]);
+  }
+  const std::vector<SheetRay> rays = SheetRaysOf(some, design);
+  std::vector<Vector5d> changes;
+  for (int way = 0; way < errors.num_ways; ++way) {
+    const Vector5d of_some = GradientChange(rays, SheetRaysOf(errors.off(way), design), fit);
+    changes.push_back(static_cast<double>(errors.every) * of_some);
+  }
+  return changes;
+}
+
 LayerCalibration LayerWith(const LayerCalibration& design, const LensLattice& type,
                            const Vector5d& at) {
   LensLattice lattice = type;
@@ -183,8 +200,9 @@ LatticeReport EstimateLattice(const LatticeObservations& observations,
   nominal << design.lattice->pitch_mm, design.lattice->rotation_rad, design.lattice->phase,
       design.gap_mm / design.index;
   const LatticeModel sheet(*design.lattice, nominal);
-  const LatticeFit fit =
+  LatticeFit fit =
       FitLattice(rays, eyes, sheet.At(FindLattice(rays, eyes, sheet)), nominal(kLatticeGap));
+  fit.together = ChangesOf(options.camera_errors, observations, design, fit);
   const auto drift = [&](const LatticeFit& of) {
     return DriftOf(of.Covariance(options.eye_sd_mm), fit.model, design, options.eye_box);
   };

@@ -10,6 +10,7 @@
 // sample names a lens's centre, and the centres lie on the lattice.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -35,9 +36,19 @@ struct LatticeObservations {
   double period_px = 0;
 };
 
+// How the cameras' errors go together, where one board tells all of them: what the samples would
+// be, were the cameras one standard deviation off in each of independent ways.
+struct CameraErrors {
+  int num_ways = 0;
+  std::size_t every = 1;  // samples 0, every, 2 every ... stand for all
+  // Of these, in one of the ways, in the same order.
+  std::function<LatticeObservations(int way)> off;
+};
+
 struct LatticeOptions {
   EyeBox eye_box;          // of the viewers, in the display's frame
   double eye_sd_mm = 0.3;  // how well each coordinate of a camera is known: half a mm in all
+  CameraErrors camera_errors = {};  // beside these
   double largest_drift_px = 0.02;
 };
 

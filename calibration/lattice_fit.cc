@@ -137,6 +137,11 @@ class Minimiser {
   double gap_;
 };
 
+// Of the cost against a residual of the term, on the mean over its families.
+double CurvatureOf(const TukeyWeight& tukey, const Term& term, const LatticeModel& model) {
+  return tukey.weight + 2 * tukey.slope * term.d2 / model.num_directions();
+}
+
 class CellOfSheet {
  public:
   explicit CellOfSheet(const std::vector<SheetRay>& rays) : low_(rays[0].sheet), high_(low_) {
@@ -173,7 +178,7 @@ void AddInformation(const std::vector<SheetRay>& rays, const std::vector<Vector3
     place->second += tukey.weight * term.gradient;
     const auto view = static_cast<std::size_t>(ray.view);
     const Vector2d centre = model.CentreOf(ray);
-    const double curvature = tukey.weight + 2 * tukey.slope * term.d2 / model.num_directions();
+    const double curvature = CurvatureOf(tukey, term, model);
     for (int a = 0; a < model.num_families(); ++a) {
       const LatticeModel::Residual r = model.ResidualOf(ray, centre, a);
       fit.eyes[view] += curvature * model.FamilyWeight() / (r.sigma * r.sigma) * r.slopes *
@@ -192,6 +197,7 @@ Matrix5d LatticeFit::Covariance(double eye_sd_mm) const {
   const Matrix5d inverse = unit.asDiagonal() * scaled.inverse() * unit.asDiagonal();
   Matrix5d all = scatter;
   for (const auto& eye : eyes) all += eye_sd_mm * eye_sd_mm * eye * eye.transpose();
+  for (const Vector5d& change : together) all += change * change.transpose();
   Matrix5d covariance = inverse * all * inverse.transpose();
   if (model.num_families() == 1) {  // a line has no second phase
     covariance.row(kLatticePhase1).setZero();
@@ -221,10 +227,32 @@ LatticeFit FitLattice(const std::vector<SheetRay>& rays, const std::vector<Vecto
   }
   // What was assumed counts as an observation.
   const Matrix5d prior = minimiser.Prior();
-  LatticeFit fit{
-      start.At(at), scale, most, 0, scale * scale * prior, std::pow(scale, 4) * prior, {}};
+  LatticeFit fit{start.At(at), scale, most, 0, scale * scale * prior, std::pow(scale, 4) * prior,
+                 {},           {}};
   AddInformation(rays, eyes, fit);
   return fit;
+}
+
+Vector5d GradientChange(const std::vector<SheetRay>& rays, const std::vector<SheetRay>& moved,
+                        const LatticeFit& fit) {
+  if (rays.size() != moved.size()) {
+    return Vector5d::Constant(std::numeric_limits<double>::quiet_NaN());
+  }
+  Vector5d change = Vector5d::Zero();
+  const LatticeModel& model = fit.model;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Term term = Minimiser::TermOf(rays[i], model);
+    const TukeyWeight tukey(term.d2, Minimiser::Bound2(term, fit.most));
+    if (tukey.weight == 0) continue;
+    const Vector2d centre = model.CentreOf(rays[i]);
+    const Vector2d step = model.CentreOf(moved[i]) - centre;
+    for (int a = 0; a < model.num_families(); ++a) {
+      const LatticeModel::Residual r = model.ResidualOf(rays[i], centre, a);
+      change += CurvatureOf(tukey, term, model) * model.FamilyWeight() / (r.sigma * r.sigma) *
+                model.Normal(a).dot(step) * r.slopes;
+    }
+  }
+  return change;
 }
 
 }  // namespace lamella

@@ -19,6 +19,7 @@ struct LatticeFit {
   // the panel's staircase of pixels make the errors of neighbours alike.
   Matrix5d curvature = Matrix5d::Zero(), scatter = Matrix5d::Zero();
   std::vector<Eigen::Matrix<double, 5, 3>> eyes;  // the gradient's change per mm of each camera
+  std::vector<Vector5d> together;  // its change in each way that cameras may be off together
 
   // With cameras known so well, each coordinate.
   Matrix5d Covariance(double eye_sd_mm) const;
@@ -31,5 +32,10 @@ struct LatticeFit {
 // deviations.
 LatticeFit FitLattice(const std::vector<SheetRay>& rays, const std::vector<Eigen::Vector3d>& eyes,
                       const LatticeModel& start, double gap_mm);
+
+// The change of the gradient at the fit were rays as in `moved`, which has them in the same order;
+// of NaN where it has not.
+Vector5d GradientChange(const std::vector<SheetRay>& rays, const std::vector<SheetRay>& moved,
+                        const LatticeFit& fit);
 
 }  // namespace lamella

@@ -61,12 +61,11 @@ Advice JudgeDark(const PhotoFacts& facts, Kind kind) {
                                               : ": darken the room, and show black everywhere")};
 }
 
-Advice JudgeBoard(const BoardSighting& seen, const CalibratedPanel& panel) {
-  const CharucoBoard& board = *panel.board;
+Advice JudgeBoard(const BoardSighting& seen, const CharucoBoard& board, bool mirrored) {
   const auto found = static_cast<int>(seen.points.size());
   const double square_px = seen.scale * board.square_px;
   const std::string corners = fmt::format("{} of {} corners", found, board.num_corners());
-  if (seen.mirrored != panel.mirrored) {
+  if (seen.mirrored != mirrored) {
     return {false, fmt::format("the panel is seen {}, the display's mirror_x says otherwise: mend "
                                "the display's file, or show the pattern unflipped",
                                seen.mirrored ? "in a mirror" : "directly")};
@@ -81,7 +80,7 @@ Advice JudgeBoard(const BoardSighting& seen, const CalibratedPanel& panel) {
                                corners, square_px, kLeastSquarePx)};
   }
   if (found < kLeastShareOfCorners * board.num_corners()) {
-    return {false, fmt::format("{} only: bring the whole panel into the picture, unreflected and "
+    return {false, fmt::format("{} only: bring the whole board into the picture, unreflected and "
                                "uncovered",
                                corners)};
   }
@@ -89,10 +88,26 @@ Advice JudgeBoard(const BoardSighting& seen, const CalibratedPanel& panel) {
                             seen.scale)};
 }
 
+constexpr const char* kNoBoard =
+    "no board is seen: show this shot's images only, the whole panel in the picture and in focus";
+constexpr const char* kNoPrintedBoard =
+    "the printed board is not seen: light it, the whole of it in the picture and in focus";
+
+Advice JudgeSighting(const PhotoFacts& facts, const ShotList& list, const PatternShot& shot) {
+  if (shot.kind == Kind::kPrinted) {
+    return facts.printed ? JudgeBoard(*facts.sighting, list.printed->board, false)
+                         : Advice{false, kNoPrintedBoard};
+  }
+  const CalibratedPanel& panel = PanelOf(list, shot.panel);
+  return facts.sighting ? JudgeBoard(*facts.sighting, *panel.board, panel.mirrored)
+                        : Advice{false, kNoBoard};
+}
+
 // Corners state how well they are known, so that small or soft ones do no harm.
 bool IsUsable(const PhotoFacts& facts, const ShotList& list, const PatternShot& shot) {
+  const bool mirrored = shot.kind == Kind::kBoard && PanelOf(list, shot.panel).mirrored;
   return facts.sighting && facts.saturated <= kMostSaturated &&
-         facts.sighting->mirrored == PanelOf(list, shot.panel).mirrored &&
+         facts.sighting->mirrored == mirrored &&
          facts.sighting->points.size() >= kLeastUsableCorners;
 }
 
@@ -160,7 +175,9 @@ double ShareAtFullScale(ImageSpan<const float> light) {
 }  // namespace
 
 PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list) {
-  PhotoFacts facts{light.width, light.height, 0, 0, 0, std::nullopt, std::nullopt};
+  PhotoFacts facts;
+  facts.width = light.width;
+  facts.height = light.height;
   std::vector<float> values = BlockMeans(light);
   const auto percentile = [&](double share) {
     const auto at = values.begin() +
@@ -178,15 +195,19 @@ PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list) {
     boards.push_back(*panel.board);
     panels.push_back(panel.id);
   }
+  if (list.printed) boards.push_back(list.printed->board);
   facts.sighting = DetectBoard(light, boards);
-  if (facts.sighting) facts.panel = panels[facts.sighting->board];
+  if (!facts.sighting) return facts;
+  facts.printed = facts.sighting->board == panels.size();
+  if (!facts.printed) facts.panel = panels[facts.sighting->board];
   return facts;
 }
 
 bool PhotoCheck::Shows(const PhotoFacts& facts, std::size_t index) const {
   const PatternShot& shot = list_.shots[index];
   if (shot.kind == Kind::kBoard) return facts.panel == shot.panel;
-  if (facts.panel) return false;
+  if (shot.kind == Kind::kPrinted) return facts.printed;
+  if (facts.panel || facts.printed) return false;
   if (shot.kind == Kind::kLeak) return facts.bright < kMostLeak;
   return IsDark(shot) == (facts.bright < kDark);
 }
@@ -194,6 +215,11 @@ bool PhotoCheck::Shows(const PhotoFacts& facts, std::size_t index) const {
 PhotoCheck::Place PhotoCheck::PlaceOf(const PhotoFacts& facts) const {
   const std::size_t count = list_.shots.size();
   if (next_ < count && Shows(facts, next_)) return {next_, false};
+  if (facts.printed) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (Shows(facts, i)) return {i, false};
+    }
+  }
   if (facts.panel) {
     // A retake, rather than a repeat with shots left out before it.
     std::optional<std::size_t> first;
@@ -244,12 +270,8 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
     advice = JudgeDark(photo.facts, shot.kind);
   } else {
     advice = JudgeExposure(photo.facts);
-    if (advice.good && shot.kind == Kind::kBoard) {
-      advice = photo.facts.sighting
-                   ? JudgeBoard(*photo.facts.sighting, PanelOf(list_, shot.panel))
-                   : Advice{false,
-                            "no board is seen: show this shot's images only, the whole panel in "
-                            "the picture and in focus"};
+    if (advice.good && (shot.kind == Kind::kBoard || shot.kind == Kind::kPrinted)) {
+      advice = JudgeSighting(photo.facts, list_, shot);
     }
     if (shot.again) photo.moved_px = Motion(photo);
     if (advice.good && shot.again) {
@@ -261,8 +283,8 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
     }
   }
   photo.good = advice.good;
-  photo.usable = shot.kind == Kind::kBoard && !shot.again &&
-                 (advice.good || IsUsable(photo.facts, list_, shot));
+  const bool has_board = shot.kind == Kind::kBoard || shot.kind == Kind::kPrinted;
+  photo.usable = has_board && !shot.again && (advice.good || IsUsable(photo.facts, list_, shot));
   photo.verdict = (advice.good ? "good" : "take again") +
                   (advice.text.empty() ? std::string() : ": " + advice.text);
 }
@@ -285,9 +307,22 @@ const CheckedPhoto& PhotoCheck::Add(const std::string& photo, PhotoFacts facts) 
   return photos_.back();
 }
 
+bool IsOfBoardAlone(const ShotList& list, const std::vector<CheckedPhoto>& photos, int view) {
+  bool has_board = false;
+  for (const CheckedPhoto& photo : photos) {
+    if (photo.view != view) continue;
+    if (!photo.shot) return false;
+    const Kind kind = list.shots[*photo.shot].kind;
+    if (kind != Kind::kPrinted && kind != Kind::kDark) return false;
+    has_board = has_board || (kind == Kind::kPrinted && photo.usable);
+  }
+  return has_board;
+}
+
 std::vector<std::string> PhotoCheck::Missing() const {
   std::vector<std::string> lines;
   for (int view = 0; view <= view_; ++view) {
+    if (IsOfBoardAlone(list_, photos_, view)) continue;
     std::string names;
     std::size_t count = 0;
     constexpr std::size_t kMostNamed = 4;
@@ -305,7 +340,7 @@ std::vector<std::string> PhotoCheck::Missing() const {
 Observations ObservationsOf(const ShotList& list, const std::vector<CheckedPhoto>& photos) {
   Observations observations;
   for (const CheckedPhoto& photo : photos) {
-    if (!photo.usable) continue;
+    if (!photo.usable || list.shots[*photo.shot].kind != Kind::kBoard) continue;
     if (observations.cameras.empty()) {
       observations.cameras.push_back({"body", photo.facts.width, photo.facts.height, 0});
     }

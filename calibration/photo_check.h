@@ -20,6 +20,7 @@ struct PhotoFacts {
   double saturated = 0;          // share of pixels at full scale
   std::optional<PanelId> panel;  // whose board is seen
   std::optional<BoardSighting> sighting;
+  bool printed = false;  // it is the printed board's
 };
 // `light` is linear, 1 full scale.
 PhotoFacts ExaminePhoto(ImageSpan<const float> light, const ShotList& list);
@@ -39,8 +40,13 @@ struct CheckedPhoto {
   PhotoFacts facts;
 };
 
+// Whether the printed board, well, and dark shots are all that was photographed from a position:
+// which calibrates the camera.
+bool IsOfBoardAlone(const ShotList& list, const std::vector<CheckedPhoto>& photos, int view);
+
 // Takes the photographs in the order in which they were taken: at every camera position all shots
-// of the list, a failed one again at any time before the position changes. Boards tell their panel;
+// of the list, a failed one again at any time before the position changes. Boards tell their panel,
+// or that they are the printed one;
 // dark and white photographs and sinusoids are told by their place between the others. A new
 // position begins with the dark shot.
 class PhotoCheck {

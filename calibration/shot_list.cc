@@ -47,6 +47,8 @@ std::string NameOfShot(const PatternShot& shot) {
       return fmt::format("layer{}_white", shot.panel.layer);
     case PatternShot::Kind::kLeak:
       return fmt::format("layer{}_leak", shot.panel.layer);
+    case PatternShot::Kind::kPrinted:
+      return "printed_board";
     case PatternShot::Kind::kBoard:
       return PlaceName(shot.panel) + (shot.again ? "_board_again" : "_board");
     case PatternShot::Kind::kFlat:
@@ -94,8 +96,12 @@ std::string SinusoidOf(const Pattern& pattern) {
 
 constexpr const char* kAgain = "; the same as before, it tells whether the camera moved";
 
+constexpr const char* kPrintedShot =
+    "every panel black, the room lit: the printed board, evenly, white at about 80 %";
+
 // Of a plane, which has an emitter alone.
 std::string WhatOfPlane(const PatternShot& shot) {
+  if (shot.kind == PatternShot::Kind::kPrinted) return kPrintedShot;
   if (shot.kind == PatternShot::Kind::kDark) return "every plane black";
   const bool white = shot.kind == PatternShot::Kind::kWhite;
   return fmt::format("plane {} lit alone: {}{}", shot.panel.layer,
@@ -115,6 +121,8 @@ std::string What(const PatternShot& shot, bool stacked) {
       return layer + (stacked ? ": both panels white" : ": white");
     case PatternShot::Kind::kLeak:
       return layer + ": emitter white, modulator black";
+    case PatternShot::Kind::kPrinted:
+      return kPrintedShot;
     case PatternShot::Kind::kBoard:
       return fmt::format("{}: board{}{}", NameOf(shot.panel), other, shot.again ? kAgain : "");
     case PatternShot::Kind::kFlat:
@@ -126,6 +134,30 @@ std::string What(const PatternShot& shot, bool stacked) {
   }
   return fmt::format("{}: {}{}{}", NameOf(shot.panel), SinusoidOf(shot.pattern), other,
                      shot.again ? kAgain : "");
+}
+
+// How it comes to be known where the camera stood, of displays with lenses.
+std::string PlaceOfCamera(const ShotList& list) {
+  if (!list.printed) {
+    return "Where the camera stood has to be known to half a mm: `calibrate solve --cameras` takes "
+           "it.\n";
+  }
+  const PrintedBoard& printed = *list.printed;
+  return fmt::format(
+      "Printed board: it tells where the camera stood. Print printed_board.pdf at 100 %, on matt "
+      "paper,\n"
+      "glue it flat onto glass or metal, and fix that to the display's frame beside the panel, "
+      "facing the\n"
+      "same way, so that nothing moves against the panel while you photograph. Measure its width "
+      "over the\n"
+      "{} squares ({:g} mm as drawn) and give a {}th of it: `calibrate solve --board-square-mm`. "
+      "The whole\n"
+      "board is in every picture beside the panel, its squares {} camera px wide and more. "
+      "Photographs of\n"
+      "the board alone, slanted by 20 to 40 degrees to all sides, as positions of their own (dark, "
+      "then the\n"
+      "board), calibrate the camera better.\n",
+      printed.board.columns, printed.board.columns * printed.square_mm, printed.board.columns, 48);
 }
 
 std::string DescribePlaneShots(const ShotList& list) {
@@ -143,11 +175,10 @@ std::string DescribePlaneShots(const ShotList& list) {
       "it\n"
       "as the planes are seen from (9 degrees), the inner one a third of that; distances varied "
       "by\n"
-      "12 %, the camera rolled by 90 and 180 degrees in some. Where it stood has to be known, in "
-      "mm:\n"
-      "from markers on the frame, for instance.\n"
+      "12 %, the camera rolled by 90 and 180 degrees in some.\n"
+      "{}"
       "At every position take all of these without touching the camera:\n\n",
-      list.display, list.shots.size());
+      list.display, list.shots.size(), PlaceOfCamera(list));
   for (const PatternShot& shot : list.shots) {
     text += fmt::format("{:<36} {}\n", shot.name, WhatOfPlane(shot));
   }
@@ -172,13 +203,11 @@ std::string PositionsForPanels(CalibrationMode mode) {
           : "");
 }
 
-std::string PositionsForLenses() {
+std::string PositionsForLenses(const ShotList& list) {
   return "Positions: 2 and more, as far apart across the lenses as eyes are from side to side (100 "
          "mm at\n"
-         "least), the whole panel in the picture, its width 6 and more camera px per lens. Where "
-         "the camera\n"
-         "stands has to be known to half a mm, for instance from a printed board beside the "
-         "panel.\n";
+         "least), the whole panel in the picture, its width 6 and more camera px per lens.\n" +
+         PlaceOfCamera(list);
 }
 
 }  // namespace
@@ -186,7 +215,9 @@ std::string PositionsForLenses() {
 std::vector<LayerPatterns> ShownIn(const PatternShot& shot, int num_layers) {
   const Pattern white{Pattern::Kind::kWhite}, black{Pattern::Kind::kBlack};
   std::vector<LayerPatterns> layers(static_cast<std::size_t>(num_layers), {black, black});
-  if (shot.kind == PatternShot::Kind::kDark) return layers;
+  if (shot.kind == PatternShot::Kind::kDark || shot.kind == PatternShot::Kind::kPrinted) {
+    return layers;
+  }
   LayerPatterns& layer = layers[static_cast<std::size_t>(shot.panel.layer)];
   layer.emitter = white;
   if (shot.kind == PatternShot::Kind::kLeak) return layers;
@@ -242,6 +273,19 @@ ShotList PlanShots(const Calibration& calibration, CalibrationMode mode, bool pl
   return list;
 }
 
+ShotList WithPrintedBoard(ShotList list) {
+  const bool has_boards = std::any_of(list.panels.begin(), list.panels.end(),
+                                      [](const auto& panel) { return panel.board.has_value(); });
+  if (has_boards || list.mode != CalibrationMode::kPrecise) {
+    throw UsageError(list.display, "needs no printed board: its panels tell the camera's place",
+                     "leave it out");
+  }
+  list.printed = BoardToPrint();
+  list.shots.push_back({"", PatternShot::Kind::kPrinted, {}, {}, false});
+  NameShots(list);
+  return list;
+}
+
 std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern) {
   switch (pattern.kind) {
     case Pattern::Kind::kBlack:
@@ -290,7 +334,7 @@ std::string DescribeShots(const ShotList& list) {
       "{}"
       "At every position take all of these without touching the camera:\n\n",
       list.display, list.shots.size(),
-      lenses ? PositionsForLenses() : PositionsForPanels(list.mode));
+      lenses ? PositionsForLenses(list) : PositionsForPanels(list.mode));
   return text + ListOfShots(list);
 }
 

@@ -30,7 +30,8 @@ struct PatternShot {
   // kDark: all black. kWhite: both panels of a layer white. kLeak: emitter white, modulator black.
   // kBoard, kPhase, kFlat: of the panel under test, the layer's other panel white. kMixed: both
   // panels show the pattern. kLines: the emitter shows it, the modulator is open at kOpeningPx.
-  enum class Kind { kDark, kWhite, kLeak, kBoard, kPhase, kFlat, kMixed, kLines };
+  // kPrinted: all black, the room lit: the printed board is seen.
+  enum class Kind { kDark, kWhite, kLeak, kBoard, kPhase, kFlat, kMixed, kLines, kPrinted };
   std::string name;  // "03_layer0_modulator_board": its number, then what it is of
   Kind kind = Kind::kDark;
   PanelId panel;       // under test; of kWhite and kLeak its layer counts
@@ -68,6 +69,7 @@ struct ShotList {
   bool planes_in_turn = false;
   std::vector<CalibratedPanel> panels;  // back to front, a layer's modulator before its emitter
   std::vector<PatternShot> shots;       // of one camera position
+  std::optional<PrintedBoard> printed = {};  // fixed to the display, of the shot kPrinted
 };
 
 // quick: dark, white and leak of every layer, a board on every panel, the first board again.
@@ -76,6 +78,10 @@ struct ShotList {
 // photometry: photometric_shots.h. Planes in turn are a varifocal display's.
 ShotList PlanShots(const Calibration& calibration, CalibrationMode mode,
                    bool planes_in_turn = false);
+
+// The list with a printed board, which is photographed last at every position. UsageError where
+// panels show boards of their own, or the list is of photometry: neither needs it.
+ShotList WithPrintedBoard(ShotList list);
 
 // The image of a pattern. The board's is drawn by calibration/detect_board.h.
 std::string PatternFile(const CalibratedPanel& panel, const Pattern& pattern);

@@ -90,6 +90,22 @@ struct TracedLayer {
   }
 };
 
+// Light of the sheet along a line of sight.
+void AddLight(const PrintedSheet& sheet, const Vector3d& origin, const Vector3d& direction,
+              Sum& sum) {
+  const Rigid sheet_from_display = Inverse(sheet.display_from_sheet);
+  const Vector3d from = sheet_from_display * origin,
+                 along = sheet_from_display.rotation * direction;
+  if (!(from.z() > 0 && along.z() < 0)) return;  // its back is not seen
+  const Vector3d at = from - from.z() / along.z() * along;
+  const Image<Rgb>& light = *sheet.light;
+  const std::optional<int> x =
+      PixelOf(light.width() / 2.0 + at.x() / sheet.pixel_mm, light.width());
+  const std::optional<int> y =
+      PixelOf(light.height() / 2.0 - at.y() / sheet.pixel_mm, light.height());
+  if (x && y) sum.Add(1, light(*x, *y));
+}
+
 // The hits of lines of sight through a rectangle of a picture whose corners' are known and that
 // turn evenly between them: x and y run from 0 to 1 over the rectangle.
 class EvenHits {
@@ -285,6 +301,7 @@ class Exposing {
   Exposing(const Prototype& prototype, const PrototypeCamera& camera, int samples)
       : camera_(camera),
         layers_(Traced(prototype)),
+        sheet_(prototype.sheet),
         display_from_camera_(Inverse(camera.camera_from_display)),
         points_(samples),
         width_(camera.camera.width),
@@ -303,6 +320,7 @@ class Exposing {
       } else {
         AddTraced(layers_, block.all, block);
       }
+      if (sheet_) AddSheet(block);
       for (int y = top; y < top + block.all.height; ++y) {
         for (int x = left; x < left + block.all.width; ++x) {
           const Sum& sum = block.At(x, y);
@@ -334,18 +352,30 @@ class Exposing {
     return MixedHash(static_cast<std::uint64_t>(std::int64_t{y} * width_ + x));
   }
 
+  void AddSheet(Block& block) const {
+    ForEachLine(block.all, [&](int x, int y, const Line& line) {
+      AddLight(*sheet_, line.origin, line.direction, block.At(x, y));
+    });
+  }
+
   // Every sample's line of sight is traced.
   void AddTraced(std::span<const TracedLayer> layers, const Rect& rect, Block& block) const {
+    ForEachLine(rect, [&](int x, int y, const Line& line) {
+      for (const TracedLayer& layer : layers) {
+        layer.AddLight(line.origin, line.direction, block.At(x, y));
+      }
+    });
+  }
+
+  template <class Visit>
+  void ForEachLine(const Rect& rect, Visit visit) const {
     for (int y = rect.y; y < rect.y + rect.height; ++y) {
       for (int x = rect.x; x < rect.x + rect.width; ++x) {
         const std::uint64_t hash = HashOf(x, y);
         for (int i = 0; i < points_.count(); ++i) {
           const std::array<double, 4> p = points_.Point(i, hash);
           const std::optional<Line> line = Sight(x + p[0], y + p[1], p[2], p[3]);
-          if (!line) continue;
-          for (const TracedLayer& layer : layers) {
-            layer.AddLight(line->origin, line->direction, block.At(x, y));
-          }
+          if (line) visit(x, y, *line);
         }
       }
     }
@@ -413,6 +443,7 @@ class Exposing {
 
   const PrototypeCamera& camera_;
   std::vector<TracedLayer> layers_;
+  const std::optional<PrintedSheet>& sheet_;
   Rigid display_from_camera_;
   PixelPoints points_;
   int width_, height_;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "lightfield/calibration.h"
@@ -30,9 +31,17 @@ struct ShownLayer {
 ShownLayer WithSlotCrosstalk(const ShownLayer& shown, const std::vector<int>& order,
                              double crosstalk);
 
+// A sheet of paper that is fixed to the display, as bright from everywhere.
+struct PrintedSheet {
+  Rigid display_from_sheet;  // mm; the sheet's origin is its middle, x right, y up, z to the viewer
+  double pixel_mm = 0;
+  std::shared_ptr<const Image<Rgb>> light;
+};
+
 struct Prototype {
   Calibration calibration;
-  std::vector<ShownLayer> shown;  // one per layer
+  std::vector<ShownLayer> shown;           // one per layer
+  std::optional<PrintedSheet> sheet = {};  // its light is added: it stands beside the panels
 };
 
 // Panel images from 8-bit codes through the panel's photometry: curve, black level, primaries,

@@ -22,6 +22,14 @@ const char* RoleName(const PanelId& panel) {
 
 Json ToJson(const PanelId& panel) { return {{"layer", panel.layer}, {"role", RoleName(panel)}}; }
 
+Json ToJson(const std::vector<ParameterDeviation>& deviations) {
+  Json json = Json::array();
+  for (const ParameterDeviation& deviation : deviations) {
+    json.push_back({{"parameter", deviation.name}, {"unit", deviation.unit}, {"sd", deviation.sd}});
+  }
+  return json;
+}
+
 PanelId ReadPanelId(const JsonObject& json) {
   const std::string role = json.Text("role");
   if (role != "emitter" && role != "modulator") throw json.Wrong("role", "emitter or modulator");
@@ -97,15 +105,25 @@ CalibrationMeasurement MeasurementOf(const SolvedVarifocal& solved) {
   return m;
 }
 
+std::string DeviationsText(const std::vector<ParameterDeviation>& deviations) {
+  return ToJson(deviations).dump();
+}
+
+std::vector<ParameterDeviation> ReadDeviations(const JsonObject& json, const char* key) {
+  std::vector<ParameterDeviation> deviations;
+  for (const JsonObject& deviation : json.Objects(key)) {
+    deviation.CheckKeys({"parameter", "unit", "sd"});
+    deviations.push_back(
+        {deviation.Text("parameter"), deviation.Text("unit"), ReadNotNegative(deviation, "sd")});
+  }
+  return deviations;
+}
+
 std::string MeasurementText(const CalibrationMeasurement& m) {
   Json worst = ToJson(m.worst.panel);
   worst["reference_px"] = {m.worst.reference_px.x(), m.worst.reference_px.y()};
   worst["eye_mm"] = {m.worst.eye_mm.x(), m.worst.eye_mm.y(), m.worst.eye_mm.z()};
-  Json deviations = Json::array(), groups = Json::array(), photos = Json::array();
-  for (const ParameterDeviation& deviation : m.deviations) {
-    deviations.push_back(
-        {{"parameter", deviation.name}, {"unit", deviation.unit}, {"sd", deviation.sd}});
-  }
+  Json groups = Json::array(), photos = Json::array();
   for (const auto& group : m.groups) {
     groups.push_back({{"group", group.name}, {"freed", group.freed}, {"reason", group.reason}});
   }
@@ -123,7 +141,7 @@ std::string MeasurementText(const CalibrationMeasurement& m) {
       {"rays", {{"rms_sd_px", m.ray_rms_sd_px}, {"max_sd_px", m.ray_max_sd_px}, {"worst", worst}}},
       {"chi2", m.chi2},
       {"slip_px", m.slip_px},
-      {"deviations", deviations},
+      {"deviations", ToJson(m.deviations)},
       {"groups", groups},
       {"photos", photos}});
   // Names of files need not be UTF-8.
@@ -149,11 +167,7 @@ CalibrationMeasurement ReadMeasurement(const JsonObject& json) {
   m.worst = ReadRay(rays.Object("worst"));
   m.chi2 = ReadNotNegative(json, "chi2");
   m.slip_px = ReadNotNegative(json, "slip_px");
-  for (const JsonObject& deviation : json.Objects("deviations")) {
-    deviation.CheckKeys({"parameter", "unit", "sd"});
-    m.deviations.push_back(
-        {deviation.Text("parameter"), deviation.Text("unit"), ReadNotNegative(deviation, "sd")});
-  }
+  m.deviations = ReadDeviations(json, "deviations");
   for (const JsonObject& group : json.Objects("groups")) {
     group.CheckKeys({"group", "freed", "reason"});
     m.groups.push_back({group.Text("group"), group.Truth("freed"), group.Text("reason")});

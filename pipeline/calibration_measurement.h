@@ -35,10 +35,12 @@ struct CalibrationMeasurement {
 CalibrationMeasurement MeasurementOf(const SolvedPhotos& solved);
 CalibrationMeasurement MeasurementOf(const SolvedVarifocal& solved);
 
-// An object of JSON.
+// An object of JSON, and an array of it.
 std::string MeasurementText(const CalibrationMeasurement& measurement);
+std::string DeviationsText(const std::vector<ParameterDeviation>& deviations);
 // InputError naming the field where one is unknown, absent, of another type, or a deviation is
 // negative.
 CalibrationMeasurement ReadMeasurement(const JsonObject& json);
+std::vector<ParameterDeviation> ReadDeviations(const JsonObject& json, const char* key);
 
 }  // namespace lamella

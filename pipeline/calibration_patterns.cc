@@ -14,6 +14,7 @@
 #include "lightfield/atomic_file.h"
 #include "lightfield/image_io.h"
 #include "pipeline/json_file.h"
+#include "pipeline/printed_board.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -24,13 +25,15 @@ using Kind = PatternShot::Kind;
 
 constexpr int kFormatVersion = 1;
 constexpr const char* kRecord = "patterns.json";
+constexpr const char* kPrintedPicture = "printed_board.png";  // in pixels
+constexpr const char* kPrintedSheet = "printed_board.pdf";    // at its size, for the printer
 constexpr int kMostPx = 1 << 28;
 
 const std::map<Kind, std::string>& KindNames() {
   static const std::map<Kind, std::string> names = {
       {Kind::kDark, "dark"},   {Kind::kWhite, "white"}, {Kind::kLeak, "leak"},
       {Kind::kBoard, "board"}, {Kind::kPhase, "phase"}, {Kind::kFlat, "flat"},
-      {Kind::kMixed, "mixed"}, {Kind::kLines, "lines"}};
+      {Kind::kMixed, "mixed"}, {Kind::kLines, "lines"}, {Kind::kPrinted, "printed"}};
   return names;
 }
 
@@ -80,13 +83,25 @@ Json ShotsJson(const ShotList& list) {
     Json json = {{"name", shot.name}, {"layers", layers}};
     if (shot.exposure != 1) json["exposure"] = shot.exposure;
     if (shot.first_position_only) json["cameras"] = 1;
+    if (shot.kind == Kind::kPrinted) {
+      const PrintedBoard& printed = *list.printed;
+      json["printed"] = {{"file", kPrintedPicture},
+                         {"width_mm", printed.board.panel_width_px * printed.pitch_mm()}};
+    }
     shots.push_back(json);
   }
   return {{"format_version", kFormatVersion}, {"shots", shots}};
 }
 
+bool HasLayer(Kind kind) { return kind != Kind::kDark && kind != Kind::kPrinted; }
+
 bool HasRole(Kind kind) {
   return kind == Kind::kBoard || kind == Kind::kPhase || kind == Kind::kFlat;
+}
+
+Json BoardJson(const CharucoBoard& board) {
+  return {{"columns", board.columns}, {"rows", board.rows},     {"square_px", board.square_px},
+          {"left_px", board.left_px}, {"top_px", board.top_px}, {"first_id", board.first_id}};
 }
 
 Json RecordJson(const ShotList& list) {
@@ -97,16 +112,12 @@ Json RecordJson(const ShotList& list) {
                  {"width_px", panel.size.width_px},
                  {"height_px", panel.size.height_px},
                  {"mirror_x", panel.mirrored}};
-    if (const auto& board = panel.board) {
-      json["board"] = {{"columns", board->columns},     {"rows", board->rows},
-                       {"square_px", board->square_px}, {"left_px", board->left_px},
-                       {"top_px", board->top_px},       {"first_id", board->first_id}};
-    }
+    if (panel.board) json["board"] = BoardJson(*panel.board);
     panels.push_back(json);
   }
   for (const PatternShot& shot : list.shots) {
     Json json = {{"name", shot.name}, {"kind", KindNames().at(shot.kind)}};
-    if (shot.kind != Kind::kDark) json["layer"] = shot.panel.layer;
+    if (HasLayer(shot.kind)) json["layer"] = shot.panel.layer;
     if (HasRole(shot.kind)) json["role"] = RoleName(shot.panel.role);
     if (shot.kind == Kind::kBoard || shot.kind == Kind::kPhase) json["again"] = shot.again;
     if (shot.kind == Kind::kFlat || shot.kind == Kind::kMixed) {
@@ -131,6 +142,13 @@ Json RecordJson(const ShotList& list) {
                {"mode", ModeNames().at(list.mode)},
                {"num_layers", list.num_layers}};
   if (list.planes_in_turn) json["planes_in_turn"] = true;
+  if (list.printed) {
+    const CharucoBoard& board = list.printed->board;
+    Json printed = {{"width_px", board.panel_width_px}, {"height_px", board.panel_height_px}};
+    printed.update(BoardJson(board));
+    printed["square_mm"] = list.printed->square_mm;
+    json["printed"] = printed;
+  }
   json["panels"] = panels;
   json["shots"] = shots;
   return json;
@@ -143,21 +161,31 @@ PanelId ReadPanelId(const JsonObject& json, int num_layers) {
   return {layer, role == "emitter" ? PanelId::kEmitter : PanelId::kModulator};
 }
 
+CharucoBoard ReadBoard(const JsonObject& json, const PanelSize& size) {
+  return {size.width_px,
+          size.height_px,
+          json.Whole("columns", 2, 10000),
+          json.Whole("rows", 2, 10000),
+          json.Whole("square_px", 1, kMostPx),
+          json.Whole("left_px", 0, kMostPx),
+          json.Whole("top_px", 0, kMostPx),
+          json.Whole("first_id", 0, kMostPx)};
+}
+
+PanelSize ReadSize(const JsonObject& json) {
+  return {json.Whole("width_px", 1, kMostPx), json.Whole("height_px", 1, kMostPx)};
+}
+
+PrintedBoard ReadPrinted(const JsonObject& json) {
+  const PrintedBoard printed{ReadBoard(json, ReadSize(json)), json.Number("square_mm")};
+  if (!(printed.square_mm > 0)) throw json.Wrong("square_mm", "millimetres above 0");
+  return printed;
+}
+
 CalibratedPanel ReadPanel(const JsonObject& json, int num_layers) {
-  CalibratedPanel panel{ReadPanelId(json, num_layers),
-                        {json.Whole("width_px", 1, kMostPx), json.Whole("height_px", 1, kMostPx)},
-                        json.HasTrue("mirror_x"),
+  CalibratedPanel panel{ReadPanelId(json, num_layers), ReadSize(json), json.HasTrue("mirror_x"),
                         std::nullopt};
-  if (!json.Has("board")) return panel;
-  const JsonObject board = json.Object("board");
-  panel.board = CharucoBoard{panel.size.width_px,
-                             panel.size.height_px,
-                             board.Whole("columns", 2, 10000),
-                             board.Whole("rows", 2, 10000),
-                             board.Whole("square_px", 1, kMostPx),
-                             board.Whole("left_px", 0, kMostPx),
-                             board.Whole("top_px", 0, kMostPx),
-                             board.Whole("first_id", 0, kMostPx)};
+  if (json.Has("board")) panel.board = ReadBoard(json.Object("board"), panel.size);
   return panel;
 }
 
@@ -167,12 +195,13 @@ PatternShot ReadShot(const JsonObject& json, const ShotList& list) {
   const std::string kind = json.Text("kind");
   const std::optional<Kind> known = Named(KindNames(), kind);
   if (!known) {
-    throw json.Wrong("kind", "dark, white, leak, board, phase, flat, mixed or lines");
+    throw json.Wrong("kind", "dark, white, leak, board, phase, flat, mixed, lines or printed");
   }
   shot.kind = *known;
   if (json.Has("exposure")) shot.exposure = json.Whole("exposure", 1, 1 << 20);
   shot.first_position_only = json.HasTrue("first_position_only");
-  if (shot.kind == Kind::kDark) return shot;
+  if (shot.kind == Kind::kPrinted && !list.printed) throw json.Wrong("kind", "a shot without it");
+  if (!HasLayer(shot.kind)) return shot;
   shot.panel = ReadPanelId(json, list.num_layers);
   const CalibratedPanel* panel = FindPanel(list, shot.panel);
   if (panel == nullptr) throw json.Wrong("role", "a panel of the list");
@@ -229,7 +258,7 @@ Image<Rgb8> Draw(const CalibratedPanel& panel, const Pattern& pattern) {
 std::map<std::string, std::pair<const CalibratedPanel*, Pattern>> FilesOf(const ShotList& list) {
   std::map<std::string, std::pair<const CalibratedPanel*, Pattern>> files;
   for (const PatternShot& shot : list.shots) {
-    if (shot.kind == Kind::kDark) continue;
+    if (!HasLayer(shot.kind)) continue;
     const LayerPatterns layer =
         ShownIn(shot, list.num_layers)[static_cast<std::size_t>(shot.panel.layer)];
     for (const auto& [role, pattern] : {std::pair{PanelId::kEmitter, layer.emitter},
@@ -255,6 +284,10 @@ void WritePatterns(const fs::path& folder, const ShotList& list, Progress& progr
     WriteCodes8(folder / name, Draw(*drawn.first, drawn.second).span());
     progress.Advance();
   }
+  if (list.printed) {
+    WriteCodes8(folder / kPrintedPicture, DrawBoard(list.printed->board).span());
+    WriteTextAtomically(folder / kPrintedSheet, PdfOf(*list.printed));
+  }
   WriteTextAtomically(folder / "shots.json", ShotsJson(list).dump(1) + "\n");
   WriteTextAtomically(folder / "shots.txt", DescribeShots(list));
   WriteTextAtomically(folder / kRecord, RecordJson(list).dump(1) + "\n");
@@ -271,6 +304,7 @@ ShotList LoadShotList(const fs::path& folder) {
   list.mode = *known;
   list.num_layers = json.Whole("num_layers", 1, 1024);
   list.planes_in_turn = json.HasTrue("planes_in_turn");
+  if (json.Has("printed")) list.printed = ReadPrinted(json.Object("printed"));
   for (const JsonObject& panel : json.Objects("panels")) {
     list.panels.push_back(ReadPanel(panel, list.num_layers));
   }

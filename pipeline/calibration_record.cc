@@ -216,19 +216,19 @@ LayerCalibration ReadLayer(const JsonObject& json) {
 
 }  // namespace
 
-std::string CalibrationText(const Calibration& calibration,
-                            const std::optional<CalibrationMeasurement>& measurement) {
+std::string CalibrationText(const Calibration& calibration, const MeasuredNumbers& measured) {
   Json layers = Json::array();
   for (const LayerCalibration& layer : calibration.layers) layers.push_back(ToJson(layer));
   Json json = {
       {"format_version", kFormatVersion}, {"display", calibration.display}, {"layers", layers}};
-  if (measurement) json["measured"] = Json::parse(MeasurementText(*measurement));
+  if (measured.geometry) json["measured"] = Json::parse(MeasurementText(*measured.geometry));
+  if (!measured.light.empty()) json["measured_light"] = Json::parse(DeviationsText(measured.light));
   return json.dump(1) + "\n";
 }
 
 void SaveCalibration(const std::filesystem::path& file, const Calibration& calibration,
-                     const std::optional<CalibrationMeasurement>& measurement) {
-  WriteTextAtomically(file, CalibrationText(calibration, measurement));
+                     const MeasuredNumbers& measured) {
+  WriteTextAtomically(file, CalibrationText(calibration, measured));
 }
 
 std::optional<CalibrationMeasurement> LoadMeasurement(const std::filesystem::path& file) {
@@ -238,11 +238,19 @@ std::optional<CalibrationMeasurement> LoadMeasurement(const std::filesystem::pat
   return ReadMeasurement(json.Object("measured"));
 }
 
+std::vector<ParameterDeviation> LoadLightDeviations(const std::filesystem::path& file) {
+  const JsonObject json(file);
+  json.CheckFormatVersion(kFormatVersion);
+  if (!json.Has("measured_light")) return {};
+  return ReadDeviations(json, "measured_light");
+}
+
 Calibration LoadCalibration(const std::filesystem::path& file) {
   const JsonObject json(file);
   json.CheckFormatVersion(kFormatVersion);
-  json.CheckKeys({"format_version", "display", "layers", "measured"});
+  json.CheckKeys({"format_version", "display", "layers", "measured", "measured_light"});
   if (json.Has("measured")) ReadMeasurement(json.Object("measured"));
+  if (json.Has("measured_light")) ReadDeviations(json, "measured_light");
   Calibration calibration;
   calibration.display = json.Text("display");
   for (const JsonObject& layer : json.Objects("layers")) {

@@ -114,6 +114,9 @@ class Measuring {
   void Warn(fmt::format_string<Args...> form, Args&&... args) {
     measured_.warnings.push_back(fmt::format(form, std::forward<Args>(args)...));
   }
+  void State(const std::string& of, const char* name, const char* unit, double sd) {
+    measured_.deviations.push_back({fmt::format("{} {}", of, name), unit, sd});
+  }
   LayerCalibration& Of(const LayerLight& layer) {
     return measured_.calibration.layers[static_cast<std::size_t>(layer.layer)];
   }
@@ -151,6 +154,8 @@ class Measuring {
   void Put(const ResponseFit& fit, double both, const PanelId& panel, Photometry& photometry) {
     photometry.curve = fit.curve;
     photometry.black = fit.black + (1 - fit.black) * both;
+    State(NameOf(panel), "gamma", "", fit.gamma_sd);
+    State(NameOf(panel), "black", "", fit.black_sd);
     Tell("{}: gamma {:.4f} (sd {:.4f}), black {:.6f} (sd {:.6f}) of white{}", NameOf(panel),
          fit.gamma, fit.gamma_sd, photometry.black, fit.black_sd,
          fit.curve.kind == ToneCurve::Kind::kTable
@@ -218,6 +223,9 @@ class Measuring {
       layer.emitter.photometry.falloff = std::max(0.0, even.falloff);
       layer.modulator->photometry.falloff = 0;  // the layer's is the sum of both
       layer.emitter.photometry.evenness = even.gains;
+      const std::string name = fmt::format("layer {}", light_.layers[i].layer);
+      State(name, "fall-off", "", even.falloff_sd);
+      State(name, "evenness", "", even.largest_gain_sd);
       const std::vector<double>& gains = even.gains.gains;
       const auto [least, most] = std::minmax_element(gains.begin(), gains.end());
       Tell(
@@ -322,6 +330,7 @@ class Measuring {
     const PanelId emitter{layer.layer, PanelId::kEmitter};
     const CrosstalkFit fit = FitCrosstalk(layer.lines, setup, NameOf(emitter));
     of.emitter.photometry.crosstalk = KernelOf(fit);
+    State(NameOf(emitter), "spread", "px", fit.spread_sd_px);
     Tell(
         "{}: light spreads by {:.3f} px (sd {:.3f}); a neighbouring emitter gives {:.4f} of what "
         "an eye sees, {:.4f} with the camera's pupil of {:.2f} px",

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/calibrate.h"
 #include "lightfield/calibration.h"
 #include "lightfield/progress.h"
 #include "pipeline/photometric_photos.h"
@@ -22,9 +23,10 @@ struct MeasurePhotometryOptions {
 };
 
 struct MeasuredPhotometry {
-  Calibration calibration;            // the given one with the panels' light in it
-  std::vector<std::string> lines;     // what was found, how well it is known
-  std::vector<std::string> warnings;  // what keeps it from being all that it could be
+  Calibration calibration;                     // the given one with the panels' light in it
+  std::vector<ParameterDeviation> deviations;  // of numbers that were measured
+  std::vector<std::string> lines;              // what was found, how well it is known
+  std::vector<std::string> warnings;           // what keeps it from being all that it could be
 };
 
 // With fewer than three camera positions the fall-off stays as it is, and the layers' colours are

@@ -1,5 +1,6 @@
 #include "pipeline/photo_cameras.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -137,6 +138,20 @@ std::vector<View> PhotoCameras(const SynthPhotosOptions& options, const Calibrat
   }
   if (views.empty()) throw UsageError("", "there is no camera", "give one or more");
   return views;
+}
+
+std::optional<Rigid> PlaceOfPrintedBoard(const std::string& printed_board) {
+  if (printed_board.empty()) return std::nullopt;
+  const bool is_turned = std::count(printed_board.begin(), printed_board.end(), ',') > 2;
+  const std::vector<double> at =
+      NumbersOf(printed_board, is_turned ? 6 : 3, "--printed-board",
+                is_turned ? "X,Y,Z,RX,RY,RZ in mm and degrees" : "X,Y,Z in mm");
+  Rigid place{Eigen::Quaterniond::Identity(), {at[0], at[1], at[2]}};
+  for (int axis = 0; is_turned && axis < 3; ++axis) {
+    const double angle = at[static_cast<std::size_t>(3 + axis)] * kRadians;
+    place.rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis)) * place.rotation;
+  }
+  return place;
 }
 
 }  // namespace lamella

@@ -120,7 +120,7 @@ std::vector<Shot> ReadShots(const fs::path& file) {
   json.CheckKeys({"format_version", "shots"});
   std::vector<Shot> shots;
   for (const JsonObject& object : json.Objects("shots")) {
-    object.CheckKeys({"name", "layers", "exposure", "cameras"});
+    object.CheckKeys({"name", "layers", "exposure", "cameras", "printed"});
     Shot shot;
     shot.name = object.Text("name");
     if (shot.name.empty() || shot.name.find('/') != std::string::npos) {
@@ -129,6 +129,13 @@ std::vector<Shot> ReadShots(const fs::path& file) {
     shot.exposure = object.NumberOr("exposure", 1);
     if (!(shot.exposure > 0)) throw object.Wrong("exposure", "a factor above 0");
     if (object.Has("cameras")) shot.cameras = object.Whole("cameras", 1, 1 << 20);
+    if (object.Has("printed")) {
+      const JsonObject printed = object.Object("printed");
+      printed.CheckKeys({"file", "width_mm"});
+      shot.printed = file.parent_path() / printed.Text("file");
+      shot.printed_width_mm = printed.Number("width_mm");
+      if (!(shot.printed_width_mm > 0)) throw printed.Wrong("width_mm", "millimetres above 0");
+    }
     for (const JsonObject& layer : object.Objects("layers"))
       shot.layers.push_back(ReadLayer(layer));
     shots.push_back(std::move(shot));

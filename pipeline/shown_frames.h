@@ -19,8 +19,10 @@ struct Shot {
   };
   std::string name;
   std::vector<LayerFiles> layers;
-  double exposure = 1;  // times that of the others
-  int cameras = 0;      // photographed from so many of them only, from the first on; 0: from all
+  double exposure = 1;            // times that of the others
+  std::filesystem::path printed;  // picture of a lit board beside the display; empty: none
+  double printed_width_mm = 0;    // of the picture
+  int cameras = 0;  // photographed from so many of them only, from the first on; 0: from all
 };
 
 // The frames of W/frames/frames.json as one shot, named "frames". The planes of a varifocal display

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -17,21 +18,13 @@
 #include "pipeline/check_photos.h"
 #include "pipeline/phase_photos.h"
 #include "pipeline/position_cameras.h"
+#include "pipeline/sheet_sights.h"
 #include "pipeline/workspace.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
-constexpr std::size_t kMostSamples = 100000;  // of a position
-// A lens magnifies the panel's pixels, within which there is one phase.
-constexpr double kPixelSigma = 0.2887;  // px: 1/sqrt(12)
-// Of the pixels that see a faint sinusoid, those to be unwrapped one by one; else none are.
-constexpr double kLeastUnwrapped = 0.2;
-constexpr int kFinePeriod = 16, kMiddlePeriod = 128;  // px
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 void CheckLayers(const Calibration& design) {
@@ -42,86 +35,103 @@ void CheckLayers(const Calibration& design) {
   }
 }
 
-// Every so many-th known pixel as a sample of the sheet.
-void AddSamples(const ScreenMap& map, const View& camera, const Rigid& stack_from_display,
-                LatticeObservations& seen) {
-  const Rigid stack_from_camera = stack_from_display * Inverse(camera.camera_from_world);
-  const Vector3d eye = stack_from_camera.translation;
-  const int view = static_cast<int>(seen.eyes_mm.size());
-  seen.eyes_mm.push_back(eye);
-  std::vector<std::pair<int, int>> known;
-  for (int y = 0; y < map.height(); ++y) {
-    for (int x = 0; x < map.width(); ++x) {
-      if (map.valid(x, y) != 0) known.emplace_back(x, y);
-    }
-  }
-  const std::size_t count = std::min(kMostSamples, known.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto [x, y] = known[i * known.size() / count];
-    const std::optional<Vector3d> ray = Unproject(camera.camera, {x + 0.5, y + 0.5});
-    if (!ray) continue;
-    const Vector3d direction = stack_from_camera.rotation * *ray;
-    if (!(direction.z() < 0)) continue;
-    LatticeSample sample;
-    sample.view = view;
-    sample.sheet_mm = (eye - eye.z() / direction.z() * direction).head<2>();
-    sample.panel_px = {static_cast<double>(map.u_px(x, y)), static_cast<double>(map.v_px(x, y))};
-    sample.sigma_px = {std::hypot(static_cast<double>(map.sigma_u(x, y)), kPixelSigma),
-                       std::hypot(static_cast<double>(map.sigma_v(x, y)), kPixelSigma)};
-    seen.samples.push_back(sample);
-  }
-}
-
-// What all positions show of one sheet: pixel by pixel, and by single periods.
-struct SheetSamples {
-  LatticeObservations whole, fine, middle;
-  int num_views = 0;
-  bool IsFaint() const {
-    return static_cast<double>(whole.samples.size()) <
-           kLeastUnwrapped * static_cast<double>(fine.samples.size());
-  }
+// The cameras of the positions that are used.
+struct PlacedCameras {
+  std::vector<int> positions;
+  std::vector<View> views;   // of each
+  Rigid display_from_world;  // theirs
+  const BoardCameras* board = nullptr;
 };
 
-void AddView(const PhaseCapture& capture, const View& camera, const Rigid& stack_from_display,
-             SheetSamples& seen) {
-  AddSamples(DecodePhase(capture), camera, stack_from_display, seen.whole);
-  AddSamples(DecodePeriod(capture, kFinePeriod), camera, stack_from_display, seen.fine);
-  AddSamples(DecodePeriod(capture, kMiddlePeriod), camera, stack_from_display, seen.middle);
-  ++seen.num_views;
+PlacedCameras CamerasOfFile(const CheckedPhotos& checked, const fs::path& file) {
+  PlacedCameras cameras;
+  const std::map<int, View> known = CamerasOfPositions(checked, file);
+  for (int position = 0; position < checked.num_views; ++position) {
+    if (!IsComplete(checked, position)) continue;
+    cameras.positions.push_back(position);
+    cameras.views.push_back(CameraOfPosition(known, position, checked, file));
+  }
+  return cameras;
 }
 
-SheetSamples SamplesOf(const CalibratedPanel& panel, const LayerCalibration& design,
-                       const CheckedPhotos& checked, const std::map<int, View>& cameras,
-                       const SolveSheetsOptions& options, std::set<std::string>& names,
-                       Progress& progress) {
-  const fs::path folder =
-      fs::is_directory(options.photos) ? options.photos : options.photos.parent_path();
-  SheetSamples seen;
-  seen.fine.period_px = kFinePeriod;
-  seen.middle.period_px = kMiddlePeriod;
-  for (int view = 0; view < checked.num_views; ++view) {
-    const auto photos = IsComplete(checked, view)
-                            ? ReadPhasePhotos(checked, folder, view, panel, ReadMeanLight)
-                            : std::nullopt;
-    progress.Advance();
-    if (!photos) {
-      continue;
-    }
-    AddView(photos->capture, CameraOfPosition(cameras, view, checked, options.cameras),
-            Inverse(design.display_from_stack), seen);
-    names.insert(photos->names.begin(), photos->names.end());
+void Append(std::vector<std::string> lines, std::vector<std::string>& all) {
+  all.insert(all.end(), std::make_move_iterator(lines.begin()),
+             std::make_move_iterator(lines.end()));
+}
+
+PlacedCameras CamerasOfPrintedBoard(const CheckedPhotos& checked, const SolveSheetsOptions& options,
+                                    SolvedSheets& solved) {
+  solved.board.emplace();
+  BoardCameras& board = solved.board->cameras;
+  board = CamerasOfBoard(BoardPhotosOf(checked, options.photos), BodyOf(checked, options.focal_px),
+                         BoardOf(checked, options.board_square_mm));
+  PlacedCameras cameras;
+  cameras.board = &board;
+  for (std::size_t i = 0; i < board.views.size(); ++i) {
+    if (!IsComplete(checked, board.views[i])) continue;
+    cameras.positions.push_back(board.views[i]);
+    View view;
+    view.camera = board.found.camera;
+    view.camera_from_world = board.found.camera_from_board[i];
+    cameras.views.push_back(view);
   }
-  if (seen.num_views > 0) return seen;
+  Append(PositionsWithoutBoard(checked, board.views), solved.left_out);
+  Append(board.rejected, solved.left_out);
+  return cameras;
+}
+
+PlacedCameras CamerasOf(const CheckedPhotos& checked, const SolveSheetsOptions& options,
+                        SolvedSheets& solved) {
+  Append(IncompletePositions(checked), solved.left_out);
+  const bool by_board = options.cameras.empty() && checked.list.printed;
+  PlacedCameras cameras = by_board ? CamerasOfPrintedBoard(checked, options, solved)
+                                   : CamerasOfFile(checked, options.cameras);
+  if (!cameras.positions.empty()) return cameras;
   throw InputError(options.photos.string(), "no position has all shots",
                    "`lamella calibrate check` says which are missing");
 }
 
-SolvedSheet SolveSheet(int layer, const SheetSamples& seen, const LayerCalibration& design,
-                       const LatticeOptions& options) {
+SheetSights SightsOf(const CalibratedPanel& panel, const CheckedPhotos& checked,
+                     const std::vector<int>& positions, const fs::path& photos,
+                     std::set<std::string>& names, Progress& progress) {
+  const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
+  SheetSights seen;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const auto set = ReadPhasePhotos(checked, folder, positions[i], panel, ReadMeanLight);
+    progress.Advance();
+    if (!set) continue;
+    seen.Add(set->capture, static_cast<int>(i));
+    names.insert(set->names.begin(), set->names.end());
+  }
+  if (seen.num_views > 0) return seen;
+  throw InputError(photos.string(), "no position has all shots",
+                   "`lamella calibrate check` says which are missing");
+}
+
+// Where the first panel is as designed.
+Rigid DisplayFromBoard(SheetSights& seen, const std::vector<View>& views,
+                       const LayerCalibration& design) {
+  const auto in_frame = [&](SightedPixels& pixels) { return Through(pixels, views, Rigid{}); };
+  if (!seen.IsFaint())
+    return design.display_from_stack * StackFromFrame(in_frame(seen.whole), design);
+  const Rigid rough = StackFromFrame(in_frame(seen.coarse), design);
+  return design.display_from_stack * StackFromFrame(in_frame(seen.middle), design, rough);
+}
+
+SolvedSheet SolveSheet(int layer, SheetSights& seen, const PlacedCameras& cameras,
+                       const LayerCalibration& design, LatticeOptions options) {
+  const Rigid stack_from_world = Inverse(design.display_from_stack) * cameras.display_from_world;
   const bool faint = seen.IsFaint();
-  const LayerCalibration placed = WithPanelInPlace(faint ? seen.middle : seen.whole, design);
-  return {layer, seen.num_views, faint,
-          EstimateLattice(faint ? seen.fine : seen.whole, placed, options)};
+  SightedPixels& pixels = faint ? seen.fine : seen.whole;
+  const LatticeObservations observations = Through(pixels, cameras.views, stack_from_world);
+  const LayerCalibration placed = WithPanelInPlace(
+      faint ? Through(seen.middle, cameras.views, stack_from_world) : observations, design);
+  if (cameras.board != nullptr) {
+    options.eye_sd_mm = 0;
+    options.camera_errors =
+        ErrorsOf(*cameras.board, pixels, cameras.positions, observations, stack_from_world);
+  }
+  return {layer, seen.num_views, faint, EstimateLattice(observations, placed, options)};
 }
 
 std::string Describe(const SolvedSheet& sheet) {
@@ -149,6 +159,19 @@ std::string Describe(const SolvedSheet& sheet) {
                     layer.offset_mm.y(), layer.rotation_rad.z() * kDegrees);
 }
 
+std::string Describe(const BoardOfSheets& board) {
+  const BoardCameras& cameras = board.cameras;
+  const Rigid& place = board.display_from_board;
+  const Eigen::Vector3d normal = place.rotation * Eigen::Vector3d::UnitZ();
+  return fmt::format(
+      "\ncamera: by {} of {} corners of the printed board in {} photographs, {:.3f} px RMS; focal "
+      "length {:.1f} +- {:.1f} px\n"
+      "  the board's middle is at ({:.1f}, {:.1f}, {:.1f}) mm, it is slanted by {:.2f} degrees\n",
+      cameras.num_used, cameras.num_corners, cameras.views.size(), cameras.rms_px,
+      cameras.found.camera.fx, cameras.focal_sd_px, place.translation.x(), place.translation.y(),
+      place.translation.z(), std::acos(std::min(1.0, normal.z())) * kDegrees);
+}
+
 const SolvedSheet& WorstOf(const SolvedSheets& solved) {
   return *std::max_element(solved.sheets.begin(), solved.sheets.end(),
                            [](const SolvedSheet& a, const SolvedSheet& b) {
@@ -160,6 +183,7 @@ const SolvedSheet& WorstOf(const SolvedSheets& solved) {
 
 std::vector<Weakness> SolvedSheets::failures() const {
   std::vector<Weakness> all;
+  if (board) all = board->cameras.failures;
   for (const SolvedSheet& sheet : sheets) {
     for (const Weakness& weakness : sheet.report.failures) {
       all.push_back({fmt::format("layer {}: {}", sheet.layer, weakness.lost), weakness.cure});
@@ -183,22 +207,22 @@ SolvedSheets SolveSheets(const SolveSheetsOptions& options, Progress& progress) 
   solved.eye_box = CleanEyesOf(set_up.display);
   const CheckedPhotos checked = CheckPhotos(
       options.patterns, options.photos, [](const CheckedPhoto&, const std::string&) {}, progress);
-  const std::map<int, View> cameras = CamerasOfPositions(checked, options.cameras);
+  PlacedCameras cameras = CamerasOf(checked, options, solved);
   LatticeOptions lattice;
   lattice.eye_box = solved.eye_box;
   lattice.eye_sd_mm = options.camera_sd_mm;
   progress.Start("sinusoids",
-                 static_cast<std::int64_t>(checked.list.panels.size()) * checked.num_views,
+                 static_cast<std::int64_t>(checked.list.panels.size() * cameras.positions.size()),
                  "panels");
-  for (int view = 0; view < checked.num_views; ++view) {
-    if (IsComplete(checked, view)) continue;
-    solved.left_out.push_back(IncompletePosition(view));
-  }
   std::set<std::string> names;
   for (const CalibratedPanel& panel : checked.list.panels) {
     LayerCalibration& layer = solved.calibration.layers[static_cast<std::size_t>(panel.id.layer)];
-    const SheetSamples seen = SamplesOf(panel, layer, checked, cameras, options, names, progress);
-    solved.sheets.push_back(SolveSheet(panel.id.layer, seen, layer, lattice));
+    SheetSights seen = SightsOf(panel, checked, cameras.positions, options.photos, names, progress);
+    if (solved.board && solved.sheets.empty()) {
+      cameras.display_from_world = DisplayFromBoard(seen, cameras.views, layer);
+      solved.board->display_from_board = cameras.display_from_world;
+    }
+    solved.sheets.push_back(SolveSheet(panel.id.layer, seen, cameras, layer, lattice));
     layer = solved.sheets.back().report.layer;
   }
   solved.photos = HashPhotos(names, options.photos);
@@ -219,6 +243,7 @@ std::string DescribeSheets(const SolvedSheets& solved) {
         sheet.layer, sheet.report.drift_rms_px, sheet.report.drift_max_px);
   }
   for (const SolvedSheet& sheet : solved.sheets) text += Describe(sheet);
+  if (solved.board) text += Describe(*solved.board);
   if (!failures.empty()) text += "\nwhat the photographs leave open\n";
   for (const Weakness& weakness : failures) {
     text += fmt::format("  {}\n    cure: {}\n", weakness.lost, weakness.cure);

@@ -1,14 +1,17 @@
 // The lens sheets of a display, calibrated from a folder of photographs of its sinusoids and the
-// places of their cameras.
+// places of their cameras, or photographs of a printed board that tell these.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "calibration/board_cameras.h"
 #include "calibration/lattice.h"
 #include "lightfield/display.h"
 #include "lightfield/progress.h"
+#include "lightfield/rigid.h"
 #include "pipeline/calibration_measurement.h"
 #include "pipeline/solve_photos.h"
 
@@ -19,9 +22,11 @@ struct SolveSheetsOptions {
   std::filesystem::path photos;    // of one camera; names sort as they were taken
   std::string display;             // name or file; "": the one in the patterns' folder
   // transforms.json in the display's frame, mm: of every position a frame named as one of its
-  // photographs.
+  // photographs. "": the patterns' printed board tells where they stood.
   std::filesystem::path cameras;
-  double camera_sd_mm = 0.3;  // how well each coordinate of theirs is known
+  double camera_sd_mm = 0.3;   // how well each coordinate of theirs is known, where a file has them
+  double board_square_mm = 0;  // of the printed board, as measured; 0: as drawn
+  double focal_px = 0;         // of a camera that the board tells, roughly; 0: found
 };
 
 struct SolvedSheet {
@@ -31,12 +36,19 @@ struct SolvedSheet {
   LatticeReport report;
 };
 
+// What a printed board says of the cameras, and where it was found to be fixed.
+struct BoardOfSheets {
+  BoardCameras cameras;
+  Rigid display_from_board;
+};
+
 struct SolvedSheets {
-  Display display;                    // as designed
-  Calibration calibration;            // with the sheets as measured, and their panels in place
-  EyeBox eye_box;                     // that lenses are known for
-  std::vector<SolvedSheet> sheets;    // of every layer
-  std::vector<std::string> left_out;  // photographs that were not used, and why
+  Display display;                     // as designed
+  Calibration calibration;             // with the sheets as measured, and their panels in place
+  EyeBox eye_box;                      // that lenses are known for
+  std::vector<SolvedSheet> sheets;     // of every layer
+  std::optional<BoardOfSheets> board;  // where it tells the cameras
+  std::vector<std::string> left_out;   // photographs that were not used, and why
   std::vector<SolvedPhotos::Photo> photos;  // that were used
   std::vector<Weakness> failures() const;
 };
@@ -44,8 +56,10 @@ struct SolvedSheets {
 // Whether the patterns in a folder are of a display with lenses.
 bool HasLensSheets(const std::filesystem::path& patterns, const std::string& display);
 
-// InputError where no position has all sinusoids of a panel, or one has no camera; UsageError where
-// a layer has no lenses, or the display is not that of the patterns.
+// Where a board tells the cameras, the display's frame is that in which the first panel stands as
+// designed. InputError where no position has all sinusoids of a panel, or one has no camera in the
+// file; UsageError where a layer has no lenses, the display is not that of the patterns, or there
+// is neither a file nor a board.
 SolvedSheets SolveSheets(const SolveSheetsOptions& options, Progress& progress);
 
 // Lines of text; the first says whether the calibration may be used.

@@ -11,6 +11,7 @@
 
 #include "calibration/lens_sightings.h"
 #include "lightfield/error.h"
+#include "lightfield/panel_rays.h"
 #include "pipeline/calibration_set_up.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/observe_photos.h"
@@ -36,16 +37,15 @@ int NumberOf(const Camera& camera, std::vector<VarifocalCamera>& cameras) {
   return static_cast<int>(same - cameras.begin());
 }
 
-// Where the camera stood at every position that is complete, and its lens; -1 for the others.
-std::vector<int> AddViews(const CheckedPhotos& checked, const fs::path& file,
-                          SolvedVarifocal& solved, VarifocalObservations& observations) {
+// The view of every position that is complete; -1 for the others.
+using ViewOfPosition = std::vector<int>;
+
+ViewOfPosition AddViewsOfFile(const CheckedPhotos& checked, const fs::path& file,
+                              VarifocalObservations& observations) {
   const std::map<int, View> cameras = CamerasOfPositions(checked, file);
-  std::vector<int> view_of(static_cast<std::size_t>(checked.num_views), -1);
+  ViewOfPosition view_of(static_cast<std::size_t>(checked.num_views), -1);
   for (int position = 0; position < checked.num_views; ++position) {
-    if (!IsComplete(checked, position)) {
-      solved.left_out.push_back(IncompletePosition(position));
-      continue;
-    }
+    if (!IsComplete(checked, position)) continue;
     const View& view = CameraOfPosition(cameras, position, checked, file);
     view_of[static_cast<std::size_t>(position)] = static_cast<int>(observations.views.size());
     const int camera = NumberOf(view.camera, observations.cameras);
@@ -55,8 +55,49 @@ std::vector<int> AddViews(const CheckedPhotos& checked, const fs::path& file,
   return view_of;
 }
 
+// Positions from which the board alone is seen have a view, too.
+ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifocalOptions& options,
+                               SolvedVarifocal& solved, VarifocalObservations& observations) {
+  const PhotoCamera body = BodyOf(checked, options.photos.focal_px);
+  observations.cameras.push_back({body.name, body.width, body.height, body.focal_px, {}});
+  const PrintedBoard printed = BoardOf(checked, options.board_square_mm);
+  const PanelCalibration sheet = PanelOf(printed);
+  const std::vector<BoardPhoto> photos = BoardPhotosOf(checked, options.photos.photos);
+  // Corners are known as well as they fit the board alone: a page is not flat to a hundredth of a
+  // pixel, and with less its marks would be taken for errors beside the planes' points.
+  const double rms_px = CamerasOfBoard(photos, body, printed).rms_px;
+  const Eigen::Matrix2d covariance = rms_px * rms_px * Eigen::Matrix2d::Identity();
+  ViewOfPosition view_of(static_cast<std::size_t>(checked.num_views), -1);
+  std::vector<int> positions;
+  for (const BoardPhoto& photo : photos) {
+    const auto position = static_cast<std::size_t>(photo.view);
+    if (IsComplete(checked, photo.view)) {
+      view_of[position] = static_cast<int>(observations.views.size());
+    }
+    VarifocalView view{fmt::format("{}", photo.view + 1), 0, {}, {}};
+    for (const Observation& point : photo.points) {
+      view.marks.push_back(
+          {PanelPoint(sheet, point.panel_px).head<2>(), point.image_px, covariance});
+    }
+    observations.views.push_back(view);
+    positions.push_back(photo.view);
+  }
+  const std::vector<std::string> without = PositionsWithoutBoard(checked, positions);
+  solved.left_out.insert(solved.left_out.end(), without.begin(), without.end());
+  return view_of;
+}
+
+ViewOfPosition AddViews(const CheckedPhotos& checked, const SolveVarifocalOptions& options,
+                        SolvedVarifocal& solved, VarifocalObservations& observations) {
+  solved.left_out = IncompletePositions(checked);
+  if (options.cameras.empty() && checked.list.printed) {
+    return AddViewsOfBoard(checked, options, solved, observations);
+  }
+  return AddViewsOfFile(checked, options.cameras, observations);
+}
+
 // The names of the photographs that were used.
-std::set<std::string> AddPlanes(const CheckedPhotos& checked, const std::vector<int>& view_of,
+std::set<std::string> AddPlanes(const CheckedPhotos& checked, const ViewOfPosition& view_of,
                                 const Calibration& design, const fs::path& photos,
                                 Progress& progress, VarifocalObservations& observations) {
   std::set<std::string> names;
@@ -86,9 +127,9 @@ void AddWeaknesses(const std::vector<Weakness>& weaknesses, std::string& text) {
 
 }  // namespace
 
-SolvedVarifocal SolveVarifocalPhotos(const SolvePhotosOptions& options,
-                                     const fs::path& cameras_file, Progress& progress) {
-  const CalibrationSetUp set_up = LoadCalibrationSetUp(options.patterns, options.display);
+SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progress& progress) {
+  const fs::path &patterns = options.photos.patterns, &photos = options.photos.photos;
+  const CalibrationSetUp set_up = LoadCalibrationSetUp(patterns, options.photos.display);
   const Calibration& design = set_up.design;
   SolvedVarifocal solved;
   solved.display = set_up.display;
@@ -98,19 +139,20 @@ SolvedVarifocal SolveVarifocalPhotos(const SolvePhotosOptions& options,
                      "calibrate lenslets alone");
   }
   const CheckedPhotos checked = CheckPhotos(
-      options.patterns, options.photos, [](const CheckedPhoto&, const std::string&) {}, progress);
+      patterns, photos, [](const CheckedPhoto&, const std::string&) {}, progress);
   CheckOneSize(checked);
   VarifocalObservations observations;
-  const std::vector<int> view_of = AddViews(checked, cameras_file, solved, observations);
-  solved.photos = HashPhotos(
-      AddPlanes(checked, view_of, design, options.photos, progress, observations), options.photos);
+  const ViewOfPosition view_of = AddViews(checked, options, solved, observations);
+  solved.photos =
+      HashPhotos(AddPlanes(checked, view_of, design, photos, progress, observations), photos);
   for (const CheckedPhoto& photo : checked.photos) {
     if (!photo.good) solved.left_out.push_back(photo.photo + ": " + photo.verdict);
   }
   progress.Start("solution", 1, "calibration");
   CalibrateVarifocalOptions calibrate;
   calibrate.eye_box = CleanEyesOf(solved.display);
-  calibrate.display_from_frame = Rigid{};
+  // A board says nothing of where the display is to stand.
+  if (!options.cameras.empty()) calibrate.display_from_frame = Rigid{};
   solved.report = CalibrateVarifocal(observations, solved.display, calibrate);
   const std::vector<std::string>& rejected = solved.report.rejected;
   solved.left_out.insert(solved.left_out.end(), rejected.begin(), rejected.end());

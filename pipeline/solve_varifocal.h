@@ -19,12 +19,19 @@ struct SolvedVarifocal {
   std::vector<SolvedPhotos::Photo> photos;  // that were used
 };
 
-// Poses and lenses of the photographs are those of `cameras`, a transforms.json in the display's
-// frame (mm), one camera position with one pose; the calibration stands in the same frame.
-// UsageError where there is none or the display is not that of the patterns; InputError where no
-// photograph shows a plane, or one of a position has no pose.
-SolvedVarifocal SolveVarifocalPhotos(const SolvePhotosOptions& options,
-                                     const std::filesystem::path& cameras, Progress& progress);
+struct SolveVarifocalOptions {
+  SolvePhotosOptions photos;
+  // A transforms.json in the display's frame (mm), one camera position with one pose, taken as
+  // exact; the calibration stands in the same frame. "": the patterns' printed board tells where
+  // the cameras stood, and the lens, with the planes; the display's frame is then that in which the
+  // planes are nearest to where they are designed.
+  std::filesystem::path cameras;
+  double board_square_mm = 0;  // of the printed board, as measured; 0: as drawn
+};
+
+// UsageError where there are neither cameras nor a board, or the display is not that of the
+// patterns; InputError where no photograph shows a plane, or one of a position has no pose.
+SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progress& progress);
 
 // Lines of text; the first says whether the calibration may be used.
 std::string DescribeVarifocal(const SolvedVarifocal& solved);

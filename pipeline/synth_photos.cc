@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -71,7 +73,13 @@ std::vector<Shot> Shots(const SynthPhotosOptions& options) {
     throw UsageError("", "it is not said once what the display shows",
                      "give one of --frames and --shots");
   }
-  if (!options.shots.empty()) return ReadShots(options.shots);
+  if (!options.shots.empty()) {
+    std::vector<Shot> shots = ReadShots(options.shots);
+    if (options.printed_board.empty()) {
+      std::erase_if(shots, [](const Shot& shot) { return !shot.printed.empty(); });
+    }
+    return shots;
+  }
   return {ShotOfFrames(fs::absolute(options.frames).lexically_normal())};
 }
 
@@ -137,6 +145,17 @@ double ExposureOf(const SynthPhotosOptions& options, const std::vector<Shot>& sh
   return white > 0 ? 1 / white : 1;
 }
 
+// Paper that is lit so that white comes out as nine tenths of full scale in sRGB.
+PrintedSheet SheetOf(const Shot& shot, const Rigid& display_from_sheet, double exposure) {
+  constexpr float kWhite = 0.787F;
+  const Image<Rgb> picture = ReadImage(shot.printed);
+  Image<Rgb> light(picture.width(), picture.height());
+  std::transform(picture.data(), picture.data() + picture.size(), light.data(),
+                 [=](const Rgb& pixel) { return kWhite / static_cast<float>(exposure) * pixel; });
+  return {display_from_sheet, shot.printed_width_mm / picture.width(),
+          std::make_shared<const Image<Rgb>>(std::move(light))};
+}
+
 std::span<const View> CamerasOf(const Shot& shot, const std::vector<View>& cameras) {
   const std::span<const View> all(cameras);
   const auto count = static_cast<std::size_t>(shot.cameras);
@@ -193,6 +212,10 @@ OptionTable Describe(SynthPhotosOptions& o) {
        text("raster",
             "of the eyes' pictures on z = 0, LEFT,TOP,PIXEL,WIDTH,HEIGHT; else the panel's",
             &o.raster, "--raster"),
+       text("printed_board",
+            "where a printed board's middle is fixed, X,Y,Z mm or X,Y,Z,RX,RY,RZ with degrees; "
+            "else its shots are left out",
+            &o.printed_board, "--printed-board"),
        number("distance_mm", "of the rings' cameras, varied by 12 %, mm", &o.distance_mm, 1, 1e6,
               "--distance-mm"),
        number("tilt_deg", "of the outer ring, a third of it of the inner one, degrees", &o.tilt_deg,
@@ -245,6 +268,7 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
   prototype.calibration = truth.calibration;
   const std::vector<View> cameras = PhotoCameras(options, prototype.calibration);
   CheckNames(shots, cameras);
+  const std::optional<Rigid> board_place = PlaceOfPrintedBoard(options.printed_board);
   if (options.aperture_mm > 0 && !(options.focus_mm > 0)) {
     throw UsageError("--aperture-mm", "has no --focus-mm", "give the distance of the sharp plane");
   }
@@ -261,6 +285,10 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
   for (const Shot& shot : shots) {
     prototype.shown = LoadShot(shot, prototype.calibration, truth.slot_crosstalk);
     sensor.exposure = exposure * shot.exposure;
+    prototype.sheet.reset();
+    if (board_place && !shot.printed.empty()) {
+      prototype.sheet = SheetOf(shot, *board_place, sensor.exposure);
+    }
     for (const View& view : CamerasOf(shot, cameras)) {
       View photo = view;
       photo.name = PhotoName(view, shot, shots.size());

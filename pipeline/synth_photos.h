@@ -20,6 +20,9 @@ struct SynthPhotosOptions {
   // on z = 0, or so many views on two rings (calibration.md section 3). One of the three.
   std::string cameras, eyes;
   int views = 0;
+  // Where a shot's printed board is fixed: "X,Y,Z" of its middle in mm, or "X,Y,Z,RX,RY,RZ" with
+  // its turns in degrees; "": nowhere, and its shots are left out.
+  std::string printed_board;
   std::string raster;  // of the eyes: LEFT,TOP,PIXEL in mm and WIDTH,HEIGHT in px; "": the panel's
   double distance_mm = 1050, tilt_deg = 20;  // of the rings
   int width_px = 2736;                       // of the rings' pictures, 3:2

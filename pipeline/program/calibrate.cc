@@ -33,9 +33,17 @@ CalibrationMode ModeOf(const std::string& name) {
   return name == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise;
 }
 
+// Lenses hide boards on panels.
+bool NeedsPrintedBoard(const Calibration& design, CalibrationMode mode) {
+  return mode == CalibrationMode::kPrecise &&
+         std::all_of(design.layers.begin(), design.layers.end(),
+                     [](const LayerCalibration& layer) { return layer.lattice.has_value(); });
+}
+
 void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
   struct Arguments {
     std::string display, out, mode = "quick";
+    bool no_board = false;
   };
   CLI::App& verb = *calibrate.add_subcommand(
       "patterns", "what the display shows while it is photographed, and the list of the shots");
@@ -46,12 +54,16 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
                   "quick: a board of markers per panel; precise: sinusoids as well; photometry: "
                   "levels, colours and lines, for `calibrate photometry` [quick]")
       ->check(CLI::IsMember({"quick", "precise", "photometry"}));
+  verb.add_flag("--no-board", arguments->no_board,
+                "of displays with lenses: no printed board; --cameras is given to solve");
   AddGlobalOptions(verb, invocation);
   verb.footer(
       "Writes the panels' images (PNG), shots.txt (how to photograph them), shots.json (what "
       "every\n"
       "panel shows in every shot, also for `lamella synth photos`), patterns.json and "
-      "display.toml.\n\n"
+      "display.toml.\nOf displays with lenses, which hide boards on panels, also "
+      "printed_board.pdf: a board of markers to\nprint and to fix to the display's frame, by which "
+      "the cameras are found.\n\n"
       "Examples: patterns, virtual photographs of them, and what these are worth\n"
       "  lamella calibrate patterns paper-two-layer --out patterns\n"
       "  lamella synth photos --display paper-two-layer --shots patterns/shots.json --views 12 \\\n"
@@ -60,8 +72,11 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) {
       const Display display = FindDisplay(arguments->display);
-      const ShotList list = PlanShots(DesignCalibration(display), ModeOf(arguments->mode),
-                                      display.varifocal.has_value());
+      const Calibration design = DesignCalibration(display);
+      ShotList list = PlanShots(design, ModeOf(arguments->mode), display.varifocal.has_value());
+      if (NeedsPrintedBoard(design, list.mode) && !arguments->no_board) {
+        list = WithPrintedBoard(std::move(list));
+      }
       WritePatterns(arguments->out, list, progress);
       WriteTextAtomically(std::filesystem::path(arguments->out) / kPatternsDisplay,
                           ToToml(display));
@@ -117,6 +132,7 @@ struct SolveArguments {
   std::filesystem::path out;
   std::filesystem::path cameras;  // of lens sheets and varifocal displays
   std::optional<double> camera_sd_mm;
+  double board_square_mm = 0;
 };
 
 void AddSolveOptions(CLI::App& verb, SolveArguments& arguments) {
@@ -150,34 +166,42 @@ ExitCode CodeOf(const std::vector<Weakness>& failures, const std::string& not_wr
   return ExitCode::kGate;
 }
 
-void RefuseFocalLength(const SolveArguments& arguments) {
-  if (arguments.options.focal_px <= 0) return;
-  throw UsageError("--focal-px", "has no use here: the lenses' cameras are those of --cameras",
-                   "leave it out");
+// Options of cameras that the printed board tells, where --cameras has them, and the reverse.
+void CheckCameraOptions(const SolveArguments& arguments) {
+  if (arguments.cameras.empty()) {
+    if (!arguments.camera_sd_mm) return;
+    throw UsageError("--camera-sd-mm", "has no use here: it is of --cameras, which is not given",
+                     "leave it out");
+  }
+  if (arguments.options.focal_px <= 0 && arguments.board_square_mm <= 0) return;
+  throw UsageError(arguments.options.focal_px > 0 ? "--focal-px" : "--board-square-mm",
+                   "has no use here: the lenses' cameras are those of --cameras", "leave it out");
 }
 
 // Likewise of lens sheets, whose report is of text only.
 ExitCode RunSolveSheets(const SolveArguments& arguments, Progress& progress) {
   const std::filesystem::path& out = arguments.out;
-  RefuseFocalLength(arguments);
+  CheckCameraOptions(arguments);
   std::filesystem::path text_file = out;
   text_file.replace_extension(".report.txt");
   for (const auto& file : {out, text_file}) CheckWritable(file);
   SolveSheetsOptions options{arguments.options.patterns, arguments.options.photos,
                              arguments.options.display, arguments.cameras};
   options.camera_sd_mm = arguments.camera_sd_mm.value_or(options.camera_sd_mm);
+  options.board_square_mm = arguments.board_square_mm;
+  options.focal_px = arguments.options.focal_px;
   const SolvedSheets solved = SolveSheets(options, progress);
   const std::string text = DescribeSheets(solved);
   fmt::print("{}", text);
   WriteTextAtomically(text_file, text);
   const std::vector<Weakness> failures = solved.failures();
-  if (failures.empty()) SaveCalibration(out, solved.calibration, MeasurementOf(solved));
+  if (failures.empty()) SaveCalibration(out, solved.calibration, {MeasurementOf(solved), {}});
   return CodeOf(failures, out.string() + " was not written");
 }
 
 // And of a varifocal display.
 ExitCode RunSolveVarifocal(const SolveArguments& arguments, Progress& progress) {
-  RefuseFocalLength(arguments);
+  CheckCameraOptions(arguments);
   if (arguments.camera_sd_mm) {
     throw UsageError("--camera-sd-mm", "is of lens sheets: here --cameras are taken as exact",
                      "leave it out");
@@ -186,13 +210,13 @@ ExitCode RunSolveVarifocal(const SolveArguments& arguments, Progress& progress) 
   std::filesystem::path text_file = out;
   text_file.replace_extension(".report.txt");
   for (const auto& file : {out, text_file}) CheckWritable(file);
-  const SolvedVarifocal solved =
-      SolveVarifocalPhotos(arguments.options, arguments.cameras, progress);
+  const SolvedVarifocal solved = SolveVarifocalPhotos(
+      {arguments.options, arguments.cameras, arguments.board_square_mm}, progress);
   const std::string text = DescribeVarifocal(solved);
   fmt::print("{}", text);
   WriteTextAtomically(text_file, text);
   if (solved.report.accepted()) {
-    SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
+    SaveCalibration(out, solved.report.calibration, {MeasurementOf(solved), {}});
   }
   return CodeOf(solved.report.failures, out.string() + " was not written");
 }
@@ -202,10 +226,13 @@ bool IsVarifocal(const SolvePhotosOptions& options) {
 }
 
 void RefuseCameras(const SolveArguments& arguments) {
-  if (arguments.cameras.empty() && !arguments.camera_sd_mm) return;
-  throw UsageError(arguments.cameras.empty() ? "--camera-sd-mm" : "--cameras",
-                   "is of displays with lenses, which this one has none of",
-                   "leave it out: where the camera stood is found from the boards");
+  const char* given = !arguments.cameras.empty()      ? "--cameras"
+                      : arguments.camera_sd_mm        ? "--camera-sd-mm"
+                      : arguments.board_square_mm > 0 ? "--board-square-mm"
+                                                      : nullptr;
+  if (given == nullptr) return;
+  throw UsageError(given, "is of displays with lenses, which this one has none of",
+                   "leave it out: where the camera stood is found from the panels' boards");
 }
 
 // The calibration is written where it is certain enough, its reports in any case.
@@ -226,7 +253,7 @@ ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
   WriteTextAtomically(text_file, text);
   WriteTextAtomically(page_file, CalibrationPage(solved));
   if (solved.report.accepted()) {
-    SaveCalibration(out, solved.report.calibration, MeasurementOf(solved));
+    SaveCalibration(out, solved.report.calibration, {MeasurementOf(solved), {}});
   }
   return CodeOf(solved.report.failures, out.string() + " was not written");
 }
@@ -241,10 +268,13 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
   verb.add_option(
       "--cameras", arguments->cameras,
       "of lens sheets and varifocal displays: transforms.json in the display's frame (mm), a "
-      "frame for every position, named as one of its photographs");
+      "frame for every position, named as one of its photographs [the printed board tells]");
   verb.add_option("--camera-sd-mm", arguments->camera_sd_mm,
                   "of lens sheets: how well each coordinate of a camera's position is known [0.3]")
       ->check(CLI::NonNegativeNumber);
+  verb.add_option("--board-square-mm", arguments->board_square_mm,
+                  "side of the printed board's squares, as measured [as drawn]")
+      ->check(CLI::PositiveNumber);
   AddGlobalOptions(verb, invocation);
   verb.footer(
       "Beside FILE.json lie FILE.report.txt and FILE.report.html: what is known how well, what was "
@@ -252,12 +282,12 @@ void AddSolve(CLI::App& calibrate, Invocation& invocation) {
       "0.03 px RMS\nand 0.1 px at worst, or something is lost: then only the reports are "
       "written.\n"
       "Lens sheets must be known to 0.02 px at the panel's edges, a varifocal display's planes to "
-      "0.03 mm\nin depth and 1e-4 in magnification, as two standard deviations; where the cameras "
-      "stood is given by\n--cameras, and the report is text alone.\n\n"
+      "0.03 mm\nin depth and 1e-4 in magnification, as two standard deviations; the printed "
+      "board\ntells where the cameras stood, or --cameras does, and the report is text alone.\n\n"
       "Example\n"
       "  lamella calibrate solve patterns taken/images --out calibration.json\n"
-      "  lamella calibrate solve patterns taken/images --cameras taken/transforms.json \\\n"
-      "      --out calibration.json    a display with a lens sheet");
+      "  lamella calibrate solve patterns photos --board-square-mm 19.96 --out calibration.json\n"
+      "      a display with a lens sheet, a printed board beside it");
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress& progress) { return RunSolve(*arguments, progress); };
   });
@@ -312,7 +342,8 @@ ExitCode RunPhotometry(PhotometryArguments arguments, Progress& progress) {
   fmt::print("{}", text);
   WriteTextAtomically(text_file, text);
   const std::filesystem::path& given = arguments.options.calibration;
-  SaveCalibration(out, measured.calibration, given.empty() ? std::nullopt : LoadMeasurement(given));
+  SaveCalibration(out, measured.calibration,
+                  {given.empty() ? std::nullopt : LoadMeasurement(given), measured.deviations});
   return ExitCode::kDone;
 }
 

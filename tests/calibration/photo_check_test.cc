@@ -8,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "lightfield/error.h"
+
 namespace lamella {
 namespace {
 
@@ -72,6 +74,43 @@ TEST(PhotoCheck, FindsTwoWholePositionsGood) {
   EXPECT_EQ(observations.photos[7].panel, (PanelId{1, PanelId::kEmitter}));
   EXPECT_EQ(observations.cameras[0].width, 2400);
   Check(observations, "here");
+}
+
+// Of a display with lenses: the printed board tells itself, and may be all that a position has.
+TEST(PhotoCheck, KnowsThePrintedBoard) {
+  PanelCalibration panel;
+  panel.width_px = 96;
+  panel.height_px = 72;
+  panel.pitch_mm = 0.4;
+  LayerCalibration layer;
+  layer.emitter = panel;
+  layer.gap_mm = 4;
+  layer.lattice = LensLattice{LensLattice::Type::kLine, 2, 0, {0, 0}, 0};
+  const ShotList list = WithPrintedBoard(PlanShots({"lenses", {layer}}, CalibrationMode::kPrecise));
+  ASSERT_EQ(list.shots.back().kind, PatternShot::Kind::kPrinted);
+  EXPECT_THAT(list.shots.back().name, HasSubstr("_printed_board"));
+  EXPECT_THAT(DescribeShots(list), HasSubstr("printed_board.pdf at 100 %"));
+  EXPECT_THROW(WithPrintedBoard(List()), Error);
+  const CharucoBoard& board = list.printed->board;
+  PhotoFacts seen{2400, 1600, 0.02, 0.85, 0, std::nullopt, BoardSighting{0, false, 58, 2, 1, {}}};
+  seen.printed = true;
+  for (int c = 0; c < board.num_corners(); ++c) {
+    seen.sighting->points.push_back(
+        {board.CornerPx(c), 2 * board.CornerPx(c), 1e-4 * Eigen::Matrix2d::Identity()});
+  }
+  PhotoCheck check(list);
+  for (std::size_t shot = 0; shot + 1 < list.shots.size(); ++shot) {
+    check.Add("a" + list.shots[shot].name, Good(list, shot));
+  }
+  EXPECT_THAT(check.Missing(), ElementsAre(HasSubstr("_printed_board")));
+  EXPECT_TRUE(check.Add("board", seen).good);
+  check.Add("dark", Good(list, 0));
+  const CheckedPhoto& alone = check.Add("board alone", seen);
+  EXPECT_EQ(alone.view, 1);
+  EXPECT_TRUE(alone.good) << alone.verdict;
+  EXPECT_TRUE(alone.usable);
+  EXPECT_THAT(check.Missing(), IsEmpty());
+  EXPECT_THAT(ObservationsOf(list, check.photos()).photos, IsEmpty());
 }
 
 TEST(PhotoCheck, NoticesAMovedCamera) {

@@ -88,9 +88,11 @@ CalibrationMeasurement Measured() {
   return m;
 }
 
+std::vector<ParameterDeviation> Light() { return {{"layer 0 fall-off", "", 1.0 / 30}}; }
+
 TEST(CalibrationRecord, SaysHowItWasMeasured) {
   const auto file = ScratchFolder() / "calibration.json";
-  SaveCalibration(file, Everything(), Measured());
+  SaveCalibration(file, Everything(), {Measured(), Light()});
   EXPECT_EQ(CalibrationText(LoadCalibration(file)), CalibrationText(Everything()));
   const auto again = LoadMeasurement(file);
   ASSERT_TRUE(again);
@@ -100,6 +102,8 @@ TEST(CalibrationRecord, SaysHowItWasMeasured) {
   EXPECT_EQ(again->worst.eye_mm, Measured().worst.eye_mm);
   EXPECT_EQ(again->deviations[0].sd, 1.0 / 700);
   EXPECT_TRUE(again->groups[0].freed);
+  ASSERT_EQ(LoadLightDeviations(file).size(), 1U);
+  EXPECT_EQ(LoadLightDeviations(file)[0].sd, 1.0 / 30);
   EXPECT_EQ(again->photos[0].file, "a \"b\".png");
   SaveCalibration(file, Everything());
   EXPECT_FALSE(LoadMeasurement(file));
@@ -120,7 +124,7 @@ TEST(CalibrationRecord, TakesWhatIsLeftOutAsDesigned) {
 TEST(CalibrationRecord, RefusesWithOneLine) {
   const auto file = ScratchFolder() / "calibration.json";
   const auto refusal = [&](const std::string& from, const std::string& to) {
-    std::string text = CalibrationText(Everything(), Measured());
+    std::string text = CalibrationText(Everything(), {Measured(), Light()});
     const std::size_t at = text.find(from);
     if (at == std::string::npos) return "no " + from;
     WriteTextAtomically(file, text.replace(at, from.size(), to));

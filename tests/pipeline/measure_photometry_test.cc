@@ -228,7 +228,17 @@ void ExpectFound(const fs::path& folder, const Calibration& truth) {
   EXPECT_LT(MeanDifference(measured.calibration, truth), 0.5);
   EXPECT_GT(MeanDifference(DesignCalibration(ReadDisplay(folder / "small.toml")), truth), 5);
   EXPECT_EQ(measured.calibration.layers[0].gap_mm, truth.layers[0].gap_mm);
-  SaveCalibration(folder / "measured.json", measured.calibration);
+  const auto sd_of = [&](const std::string& name) {
+    for (const ParameterDeviation& deviation : measured.deviations) {
+      if (deviation.name == name) return deviation.sd;
+    }
+    ADD_FAILURE() << name;
+    return 0.0;
+  };
+  EXPECT_GT(sd_of("layer 1 fall-off"), 0);
+  EXPECT_LT(sd_of("layer 0 emitter gamma"), 0.01);
+  SaveCalibration(folder / "measured.json", measured.calibration, {{}, measured.deviations});
+  EXPECT_EQ(LoadLightDeviations(folder / "measured.json").size(), measured.deviations.size());
   EXPECT_EQ(LoadCalibration(folder / "measured.json").layers[1].emitter.photometry.curve,
             layers[1].emitter.photometry.curve);
 }

@@ -95,13 +95,13 @@ TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
                 SilentProgress());
   EXPECT_TRUE(LoadShotList(folder / "patterns").planes_in_turn);
   Photograph(folder);
-  SolvePhotosOptions options;
-  options.patterns = folder / "patterns";
-  options.photos = folder / "taken/images";
-  options.display = (folder / "small.toml").string();
-  EXPECT_THROW(SolveVarifocalPhotos(options, "", SilentProgress()), Error);  // no poses
-  const SolvedVarifocal solved =
-      SolveVarifocalPhotos(options, folder / "taken/transforms.json", SilentProgress());
+  SolveVarifocalOptions options;
+  options.photos.patterns = folder / "patterns";
+  options.photos.photos = folder / "taken/images";
+  options.photos.display = (folder / "small.toml").string();
+  EXPECT_THROW(SolveVarifocalPhotos(options, SilentProgress()), Error);  // no poses
+  options.cameras = folder / "taken/transforms.json";
+  const SolvedVarifocal solved = SolveVarifocalPhotos(options, SilentProgress());
   const VarifocalReport& report = solved.report;
   ASSERT_EQ(report.planes.size(), 2U);
   for (std::size_t k = 0; k < 2; ++k) {
@@ -118,7 +118,7 @@ TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
     EXPECT_LT(plane.magnification_sd, 5e-4);
   }
   // It is read back with what it is worth.
-  SaveCalibration(folder / "found.json", report.calibration, MeasurementOf(solved));
+  SaveCalibration(folder / "found.json", report.calibration, {MeasurementOf(solved), {}});
   EXPECT_EQ(LoadCalibration(folder / "found.json").layers[1].emitter.scale,
             report.calibration.layers[1].emitter.scale);
   const auto measured = LoadMeasurement(folder / "found.json");
