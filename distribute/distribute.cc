@@ -419,6 +419,22 @@ RayBundle MiddleRays(const Display& display, const LayersOptions& options) {
   return rays;
 }
 
+void CheckOptions(const LayersOptions& options, const Display& display, bool calibrated) {
+  if (calibrated && options.directions != "true") {
+    throw UsageError("--layers-directions", "a calibrated display has no ideal directions",
+                     "leave it at \"true\"");
+  }
+  if (options.prefilter != "blur") return;
+  const auto refuse = [](const std::string& what) {
+    throw UsageError("--layers-prefilter", what, "leave it at \"gather\"");
+  };
+  if (calibrated) refuse("blur cannot follow a calibration, where every emitter has its own beam");
+  if (options.scatter) refuse("blur takes whole pictures, scattered rays (scatter) are none");
+  if (std::any_of(display.layers.begin(), display.layers.end(), HasRowFamilies)) {
+    refuse("blur cannot follow a slanted lens sheet, where every row has its own beams");
+  }
+}
+
 double LeastBytes(const RaySource& source, const Display& display, const LayersOptions& options,
                   const Calibration* calibration) {
   const bool own_beams = calibration != nullptr;
@@ -434,18 +450,8 @@ SeenShares Distribute(const RaySource& source, const Display& display, const Lay
                       const PictureSize& picture, const TakeEmitterRows& take, Progress& progress,
                       const Calibration* calibration) {
   Check(display, display.name);
-  if (options.prefilter == "blur" && (calibration != nullptr || options.scatter)) {
-    throw UsageError("--layers-prefilter",
-                     "blur has neither beams of a calibration nor scattered rays",
-                     "leave it at \"gather\"");
-  }
-  if (calibration != nullptr) {
-    CheckCalibrates(*calibration, display, "calibration");
-    if (options.directions != "true") {
-      throw UsageError("--layers-directions", "a calibrated display has no ideal directions",
-                       "leave it at \"true\"");
-    }
-  }
+  CheckOptions(options, display, calibration != nullptr);
+  if (calibration != nullptr) CheckCalibrates(*calibration, display, "calibration");
   return Distributor(source, display, options, calibration).Run(picture, take, progress);
 }
 

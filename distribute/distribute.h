@@ -64,6 +64,9 @@ using TakeEmitterRows = std::function<void(EmitterRows)>;
 // The rays that an eye in the middle would ask for: as all nodes', about.
 RayBundle MiddleRays(const Display& display, const LayersOptions& options);
 
+// UsageError where an option is not for the display, calibrated or as designed.
+void CheckOptions(const LayersOptions& options, const Display& display, bool calibrated);
+
 // Bytes that Distribute needs at least, however little memory the options allow it.
 double LeastBytes(const RaySource& source, const Display& display, const LayersOptions& options,
                   const Calibration* calibration = nullptr);

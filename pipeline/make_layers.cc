@@ -76,6 +76,7 @@ Display DisplayFor(const LayersOptions& options) {
 }
 
 std::optional<Calibration> CalibrationFor(const LayersOptions& options, const Display& display) {
+  CheckOptions(options, display, !options.calibration.empty());
   if (options.calibration.empty()) return std::nullopt;
   Calibration calibration = LoadCalibration(options.calibration);
   CheckCalibrates(calibration, display, options.calibration);

@@ -219,10 +219,11 @@ std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewRes
   return warnings;
 }
 
-// What the simulated panels lack; nothing where they are ideal.
-std::string PanelsInWords(const Display& display) {
+// What the simulated panels lack; nothing where they are ideal. A calibration says itself how black
+// its panels are.
+std::string PanelsInWords(const Display& display, bool calibrated) {
   std::vector<std::string> words;
-  if (std::isfinite(display.contrast)) {
+  if (!calibrated && std::isfinite(display.contrast)) {
     words.push_back(fmt::format("contrast {:g}:1", display.contrast));
   }
   std::vector<double> modulators;
@@ -232,7 +233,7 @@ std::string PanelsInWords(const Display& display) {
       modulators.push_back(barrier->contrast);
     }
   }
-  if (!modulators.empty()) {
+  if (!calibrated && !modulators.empty()) {
     words.push_back(fmt::format("modulators {:g}:1", fmt::join(modulators, ":1, ")));
   }
   if (display.slot_crosstalk > 0) {
@@ -254,9 +255,8 @@ StageReport ReportOf(const LayersRecord& record, const PreviewResult& result,
       {"mean SSIM of seen pixels",
        means.ssim_seen ? fmt::format("{:.4f}", *means.ssim_seen) : "no pixel was seen"},
       {"seen by the capture", fmt::format("{:.1f} %", 100 * means.seen)}};
-  // A calibration says it of its panels itself, but for the slots.
-  if (const std::string panels = PanelsInWords(record.display);
-      !panels.empty() && !record.calibration) {
+  if (const std::string panels = PanelsInWords(record.display, record.calibration.has_value());
+      !panels.empty()) {
     report.summary.emplace_back("panels", panels);
   }
   for (const CapturedResult& view : result.captured) {

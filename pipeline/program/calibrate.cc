@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -328,6 +330,22 @@ struct PhotometryArguments {
   std::filesystem::path out;
 };
 
+// What was not measured again stays as well known as it was.
+std::vector<ParameterDeviation> Renewed(std::vector<ParameterDeviation> known,
+                                        const std::vector<ParameterDeviation>& measured) {
+  for (const ParameterDeviation& deviation : measured) {
+    const auto same = std::find_if(known.begin(), known.end(), [&](const ParameterDeviation& old) {
+      return old.name == deviation.name;
+    });
+    if (same == known.end()) {
+      known.push_back(deviation);
+    } else {
+      *same = deviation;
+    }
+  }
+  return known;
+}
+
 ExitCode RunPhotometry(PhotometryArguments arguments, Progress& progress) {
   const std::filesystem::path& out = arguments.out;
   std::filesystem::path text_file = out;
@@ -342,8 +360,13 @@ ExitCode RunPhotometry(PhotometryArguments arguments, Progress& progress) {
   fmt::print("{}", text);
   WriteTextAtomically(text_file, text);
   const std::filesystem::path& given = arguments.options.calibration;
-  SaveCalibration(out, measured.calibration,
-                  {given.empty() ? std::nullopt : LoadMeasurement(given), measured.deviations});
+  if (given.empty()) {
+    SaveCalibration(out, measured.calibration, {std::nullopt, measured.deviations});
+  } else {
+    SaveCalibration(
+        out, measured.calibration,
+        {LoadMeasurement(given), Renewed(LoadLightDeviations(given), measured.deviations)});
+  }
   return ExitCode::kDone;
 }
 

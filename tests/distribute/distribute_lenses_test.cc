@@ -215,9 +215,13 @@ TEST(LensDisplays, ShowEyesTheSceneWithItsParallax) {
 }
 
 TEST(Distribute, GivesTheSameEmittersInStrips) {
-  for (const Display& display :
-       {WithOptics(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6}),
-        WithOptics(Lenticular{7.5, 0.17, 9, 0.3}), WithOptics(Barrier{6, 2, 3})}) {
+  const Display hexagonal = WithOptics(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6});
+  const Display barrier = WithOptics(Barrier{6, 2, 3});
+  for (const auto& [display, prefilter] : {std::pair(hexagonal, "gather"),
+                                           {WithOptics(Lenticular{7.5, 0.17, 9, 0.3}), "gather"},
+                                           {barrier, "gather"},
+                                           {hexagonal, "blur"},
+                                           {barrier, "blur"}}) {
     Display tall = display;
     tall.width_px = 36;
     tall.height_px = 390;
@@ -225,6 +229,7 @@ TEST(Distribute, GivesTheSameEmittersInStrips) {
     scene.rectangles = {Waves(6, 0.3), {12, -3, 2, -1, 4, Waves(0, 0.1).color}};
     scene.background_known = false;
     LayersOptions options = Fine(1, 1);
+    options.prefilter = prefilter;
     const LayerImages whole = Distribute(scene, tall, options, SilentProgress());
     options.memory_gib = 1e-7;
     int blocks = 0;  // of 32 rows, in four strips

@@ -279,12 +279,17 @@ TEST(Blur, TellsShadowsFromTheUnknown) {
   EXPECT_EQ(front.coverage(70, 6), 0);
 }
 
-TEST(Blur, IsRefusedForACalibratedDisplay) {
-  const Display display = Small("paper-two-layer", 42, 24);
-  const Calibration design = DesignCalibration(display);
+TEST(Blur, IsRefusedWhereItCannotBe) {
+  Display display = Small("paper-two-layer", 42, 24);
   LayersOptions options = Options(1, 1);
   options.prefilter = "blur";
-  EXPECT_THROW(Distribute(AnalyticScene(), display, options, SilentProgress(), &design), Error);
+  EXPECT_NO_THROW(CheckOptions(options, display, false));
+  EXPECT_THROW(CheckOptions(options, display, true), Error);
+  options.scatter = true;
+  EXPECT_THROW(CheckOptions(options, display, false), Error);
+  options.scatter = false;
+  display.layers[1].optics = Lenticular{7.5, 0.17, 9, 0.3};
+  EXPECT_THROW(Distribute(AnalyticScene(), display, options, SilentProgress()), Error);
 }
 
 TEST(Distribute, FiltersWithALensBeam) {

@@ -84,6 +84,24 @@ TEST(Strips, TakeNoMoreMemoryThanTheyMayWhateverTheDisplay) {
   }
 }
 
+TEST(Strips, TakeNoMoreMemoryThanTheyMayForTheBlur) {
+  const Display display = Panel("paper-two-layer", 120, 320);
+  const Everything source;
+  LayersOptions options;
+  options.prefilter = "blur";
+  const double least = LeastBytes(source, display, options);
+  for (const double times : {1.0, 100.0}) {
+    options.memory_gib = times * least / kGib;
+    int rows = 0;
+    const double taken = AllocatedFor(source, display, options, nullptr, &rows);
+    EXPECT_LE(taken, times * least) << times;
+    if (times == 1) {
+      EXPECT_GE(taken, 0.25 * least);
+    }
+    EXPECT_EQ(rows, display.emitter_rows());
+  }
+}
+
 // Emitters of a panel that is askew have beams of their own, which take most of the memory.
 TEST(Strips, TakeNoMoreMemoryThanTheyMayForACalibratedDisplay) {
   for (const Display& display :
