@@ -66,7 +66,7 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
   // Corners are known as well as they fit the board alone: a page is not flat to a hundredth of a
   // pixel, and with less its marks would be taken for errors beside the planes' points.
   const double rms_px = CamerasOfBoard(photos, body, printed).rms_px;
-  const Eigen::Matrix2d covariance = rms_px * rms_px * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d covariance = rms_px * rms_px / 2 * Eigen::Matrix2d::Identity();
   ViewOfPosition view_of(static_cast<std::size_t>(checked.num_views), -1);
   std::vector<int> positions;
   for (const BoardPhoto& photo : photos) {
