@@ -93,11 +93,15 @@ constexpr const char* kNoBoard =
     "no board is seen: show this shot's images only, the whole panel in the picture and in focus";
 constexpr const char* kNoPrintedBoard =
     "the printed board is not seen: light it, the whole of it in the picture and in focus";
+constexpr const char* kMirroredPrintedBoard =
+    "the printed board is seen in a mirror: photograph it directly, and leave the picture "
+    "unflipped";
 
 Advice JudgeSighting(const PhotoFacts& facts, const ShotList& list, const PatternShot& shot) {
   if (shot.kind == Kind::kPrinted) {
-    return facts.printed ? JudgeBoard(*facts.sighting, list.printed->board, false)
-                         : Advice{false, kNoPrintedBoard};
+    if (!facts.printed) return {false, kNoPrintedBoard};
+    if (facts.sighting->mirrored) return {false, kMirroredPrintedBoard};
+    return JudgeBoard(*facts.sighting, list.printed->board, false);
   }
   const CalibratedPanel& panel = PanelOf(list, shot.panel);
   return facts.sighting ? JudgeBoard(*facts.sighting, *panel.board, panel.mirrored)

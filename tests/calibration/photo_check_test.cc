@@ -174,6 +174,9 @@ TEST(PhotoCheck, TakesAPrintedBoardThatIsNotFoundAgain) {
   const CheckedPhoto& bad = check.Add("blurred", blurred);
   EXPECT_EQ(bad.shot, list.shots.size() - 1);
   EXPECT_THAT(bad.verdict, HasSubstr("the printed board is not seen"));
+  PhotoFacts mirrored = GoodPrinted(list);
+  mirrored.sighting->mirrored = true;
+  EXPECT_THAT(check.Add("mirrored", mirrored).verdict, HasSubstr("leave the picture unflipped"));
   EXPECT_TRUE(check.Add("again", GoodPrinted(list)).good);
   EXPECT_EQ(check.photos().size(), list.shots.size());
   EXPECT_THAT(check.Missing(), IsEmpty());
