@@ -32,7 +32,7 @@ struct BoardCameras {
   // differences from `found` have their joint covariance. Empty where that is not known.
   std::vector<CameraPoses> off;
   int num_corners = 0, num_used = 0;
-  double rms_px = 0;       // of corners that were used, in the image
+  double rms_px = 0;       // length of used corners' residuals in the image: of both axes together
   double focal_sd_px = 0;  // the larger of two axes
   bool has_k3 = false;     // else the lens has k1, k2, p1 and p2
   std::vector<std::string> rejected;

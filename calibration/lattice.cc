@@ -152,8 +152,14 @@ LayerCalibration LayerWith(const LayerCalibration& design, const LensLattice& ty
   return layer;
 }
 
+// What helps where a printed board tells the cameras.
+constexpr const char* kBoardStill =
+    "check that the printed board does not move against the panel, and is flat";
+constexpr const char* kMoreOfBoard =
+    "add photographs of the printed board alone, slanted by 20 to 40 degrees to all sides";
+
 // One lattice does not describe the sheet as a whole.
-void AddMisfit(const LatticeMisfit& misfit, LatticeReport& report) {
+void AddMisfit(const LatticeMisfit& misfit, bool by_board, LatticeReport& report) {
   const double pixel = report.layer.emitter.pitch_mm;
   if (misfit.largest_mm < kMostMisfitPx * pixel + 4.5 * misfit.deviation_mm) return;
   report.failures.push_back(
@@ -161,17 +167,21 @@ void AddMisfit(const LatticeMisfit& misfit, LatticeReport& report) {
            "lenses about ({:.0f}, {:.0f}) mm are off the lattice by {:.2f} px: the sheet or "
            "the panel is bent or stands askew, or a camera is elsewhere",
            misfit.place_mm.x(), misfit.place_mm.y(), misfit.largest_mm / pixel),
-       "press the sheet flat onto the panel, and measure the cameras' positions again"});
+       fmt::format("press the sheet flat onto the panel, and {}",
+                   by_board ? kBoardStill : "measure the cameras' positions again")});
 }
 
 void AddFailures(const Drift& with_gap_known, const std::vector<Vector3d>& eyes,
-                 const Vector2d& normal, double limit_px, LatticeReport& report) {
+                 const Vector2d& normal, double limit_px, bool by_board, LatticeReport& report) {
   if (report.num_used < (1 - kMostOutliers) * report.num_samples) {
     report.failures.push_back(
         {fmt::format("{:.0f} % of the samples are off the lattice",
                      100 - 100.0 * report.num_used / report.num_samples),
-         "check that the sheet lies flat, that the cameras are where they are said to be and that "
-         "nothing is reflected"});
+         by_board ? fmt::format("check that the sheet lies flat and that nothing is reflected, and "
+                                "{}",
+                                kBoardStill)
+                  : "check that the sheet lies flat, that the cameras are where they are said to "
+                    "be and that nothing is reflected"});
   }
   if (report.drift_max_px <= limit_px) return;
   if (with_gap_known.max_px < kShareWithGap * report.drift_max_px) {
@@ -184,7 +194,8 @@ void AddFailures(const Drift& with_gap_known, const std::vector<Vector3d>& eyes,
            "lenses at the panel's edge are known to {:.3f} px, not {:g}: of {} samples with "
            "a noise of {:.2f} px",
            report.drift_max_px, limit_px, report.num_used, report.noise_px),
-       "photograph the whole panel, expose longer, and measure the cameras' positions better"});
+       fmt::format("photograph the whole panel, expose longer, and {}",
+                   by_board ? kMoreOfBoard : "measure the cameras' positions better")});
 }
 
 }  // namespace
@@ -222,9 +233,10 @@ LatticeReport EstimateLattice(const LatticeObservations& observations,
   for (const SheetRay& ray : rays) seen[static_cast<std::size_t>(ray.view)] = true;
   report.num_views = static_cast<int>(std::count(seen.begin(), seen.end(), true));
   report.apart_mm = ApartOf(eyes, seen, fit.model);
-  AddMisfit(MisfitOf(rays, fit.model, fit.most), report);
+  const bool by_board = options.camera_errors.num_ways > 0;
+  AddMisfit(MisfitOf(rays, fit.model, fit.most), by_board, report);
   AddFailures(drift(fit.WithGapKnown()), eyes, fit.model.Normal(0), options.largest_drift_px,
-              report);
+              by_board, report);
   return report;
 }
 

@@ -25,6 +25,7 @@ constexpr float kFullScale = 0.995F;
 constexpr double kDark = 0.12;      // brighter is no dark photograph; 1.3 % of the light in sRGB
 constexpr double kMostLeak = 0.35;  // through a closed modulator; a tenth of the light
 constexpr double kLeastStep = 0.16;
+constexpr double kMostRetakePx = 3;  // a camera that is touched for a retake; no other position
 
 const CalibratedPanel& PanelOf(const ShotList& list, const PanelId& id) {
   return *std::find_if(list.panels.begin(), list.panels.end(),
@@ -92,11 +93,15 @@ constexpr const char* kNoBoard =
     "no board is seen: show this shot's images only, the whole panel in the picture and in focus";
 constexpr const char* kNoPrintedBoard =
     "the printed board is not seen: light it, the whole of it in the picture and in focus";
+constexpr const char* kMirroredPrintedBoard =
+    "the printed board is seen in a mirror: photograph it directly, and leave the picture "
+    "unflipped";
 
 Advice JudgeSighting(const PhotoFacts& facts, const ShotList& list, const PatternShot& shot) {
   if (shot.kind == Kind::kPrinted) {
-    return facts.printed ? JudgeBoard(*facts.sighting, list.printed->board, false)
-                         : Advice{false, kNoPrintedBoard};
+    if (!facts.printed) return {false, kNoPrintedBoard};
+    if (facts.sighting->mirrored) return {false, kMirroredPrintedBoard};
+    return JudgeBoard(*facts.sighting, list.printed->board, false);
   }
   const CalibratedPanel& panel = PanelOf(list, shot.panel);
   return facts.sighting ? JudgeBoard(*facts.sighting, *panel.board, panel.mirrored)
@@ -112,8 +117,9 @@ bool IsUsable(const PhotoFacts& facts, const ShotList& list, const PatternShot& 
 }
 
 // The displacements' affine field over the panel, so that the corners' noise averages out: its
-// median length at the corners.
-double MedianMotion(const std::vector<Observation>& before, const std::vector<Observation>& after) {
+// median length at the corners. None where no corner is seen in both.
+std::optional<double> MedianMotion(const std::vector<Observation>& before,
+                                   const std::vector<Observation>& after) {
   std::map<std::pair<double, double>, Vector2d> places;
   for (const Observation& point : before) {
     places[{point.panel_px.x(), point.panel_px.y()}] = point.image_px;
@@ -126,7 +132,7 @@ double MedianMotion(const std::vector<Observation>& before, const std::vector<Ob
     moved.emplace_back(place->second, point.image_px - place->second);
     mean += place->second;
   }
-  if (moved.empty()) return 0;
+  if (moved.empty()) return std::nullopt;
   mean /= static_cast<double>(moved.size());
   Eigen::Matrix3d information = 1e-6 * Eigen::Matrix3d::Identity();
   Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
@@ -217,7 +223,7 @@ PhotoCheck::Place PhotoCheck::PlaceOf(const PhotoFacts& facts) const {
   if (next_ < count && Shows(facts, next_)) return {next_, false};
   if (facts.printed) {
     for (std::size_t i = 0; i < count; ++i) {
-      if (Shows(facts, i)) return {i, false};
+      if (Shows(facts, i)) return {i, IsFromElsewhere(facts, i)};
     }
   }
   if (facts.panel) {
@@ -232,8 +238,22 @@ PhotoCheck::Place PhotoCheck::PlaceOf(const PhotoFacts& facts) const {
   const bool is_dark = facts.bright < kDark;
   if (is_dark && next_ > 0) return {0, true};
   // Whatever should have been a board and is none.
-  if (!is_dark && next_ < count && list_.shots[next_].kind == Kind::kBoard) return {next_, false};
+  const bool is_board_due = next_ < count && (list_.shots[next_].kind == Kind::kBoard ||
+                                              list_.shots[next_].kind == Kind::kPrinted);
+  if (!is_dark && is_board_due) return {next_, false};
   return {};
+}
+
+bool PhotoCheck::MayBePrinted(const PhotoFacts& facts) const {
+  if (facts.bright < kDark) return false;
+  return next_ <= 1 || next_ == list_.shots.size() || list_.shots[next_].kind == Kind::kPrinted;
+}
+
+bool PhotoCheck::IsFromElsewhere(const PhotoFacts& facts, std::size_t shot) const {
+  const CheckedPhoto* before = Taken(view_, shot);
+  if (before == nullptr || !before->usable) return false;
+  const auto motion = MedianMotion(before->facts.sighting->points, facts.sighting->points);
+  return !motion || *motion > kMostRetakePx;
 }
 
 const CheckedPhoto* PhotoCheck::Taken(int view, std::size_t shot) const {
@@ -290,6 +310,10 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
 }
 
 const CheckedPhoto& PhotoCheck::Add(const std::string& photo, PhotoFacts facts) {
+  if (facts.printed && !MayBePrinted(facts)) {
+    facts.printed = false;
+    facts.sighting.reset();
+  }
   const Place place = PlaceOf(facts);
   if (place.new_view) {
     ++view_;

@@ -46,9 +46,9 @@ bool IsOfBoardAlone(const ShotList& list, const std::vector<CheckedPhoto>& photo
 
 // Takes the photographs in the order in which they were taken: at every camera position all shots
 // of the list, a failed one again at any time before the position changes. Boards tell their panel,
-// or that they are the printed one;
-// dark and white photographs and sinusoids are told by their place between the others. A new
-// position begins with the dark shot.
+// or that they are the printed one; dark and white photographs and sinusoids are told by their
+// place between the others. A new position begins with the dark shot, or with the printed board
+// where it is seen from elsewhere than before.
 class PhotoCheck {
  public:
   explicit PhotoCheck(ShotList list) : list_(std::move(list)) {}
@@ -69,6 +69,11 @@ class PhotoCheck {
   };
   Place PlaceOf(const PhotoFacts& facts) const;
   bool Shows(const PhotoFacts& facts, std::size_t index) const;
+  // The printed board may be faintly seen beside what any other shot is of: it counts where it is
+  // lit and due, after the dark shot alone, or after all shots.
+  bool MayBePrinted(const PhotoFacts& facts) const;
+  // The printed board, well seen before, from another place: no retake.
+  bool IsFromElsewhere(const PhotoFacts& facts, std::size_t shot) const;
   const CheckedPhoto* Taken(int view, std::size_t shot) const;
   void Judge(CheckedPhoto& photo) const;
   // How far the median corner of a repeated shot has moved, px.

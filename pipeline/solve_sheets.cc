@@ -41,6 +41,7 @@ struct PlacedCameras {
   std::vector<View> views;   // of each
   Rigid display_from_world;  // theirs
   const BoardCameras* board = nullptr;
+  std::set<std::string> photos;  // that tell them
 };
 
 PlacedCameras CamerasOfFile(const CheckedPhotos& checked, const fs::path& file) {
@@ -63,10 +64,15 @@ PlacedCameras CamerasOfPrintedBoard(const CheckedPhotos& checked, const SolveShe
                                     SolvedSheets& solved) {
   solved.board.emplace();
   BoardCameras& board = solved.board->cameras;
-  board = CamerasOfBoard(BoardPhotosOf(checked, options.photos), BodyOf(checked, options.focal_px),
+  const std::vector<BoardPhoto> photos = BoardPhotosOf(checked, options.photos);
+  board = CamerasOfBoard(photos, BodyOf(checked, options.focal_px),
                          BoardOf(checked, options.board_square_mm));
   PlacedCameras cameras;
   cameras.board = &board;
+  for (const BoardPhoto& photo : photos) {
+    const bool used = std::binary_search(board.views.begin(), board.views.end(), photo.view);
+    if (used) cameras.photos.insert(photo.photo);
+  }
   for (std::size_t i = 0; i < board.views.size(); ++i) {
     if (!IsComplete(checked, board.views[i])) continue;
     cameras.positions.push_back(board.views[i]);
@@ -214,7 +220,7 @@ SolvedSheets SolveSheets(const SolveSheetsOptions& options, Progress& progress) 
   progress.Start("sinusoids",
                  static_cast<std::int64_t>(checked.list.panels.size() * cameras.positions.size()),
                  "panels");
-  std::set<std::string> names;
+  std::set<std::string> names = cameras.photos;
   for (const CalibratedPanel& panel : checked.list.panels) {
     LayerCalibration& layer = solved.calibration.layers[static_cast<std::size_t>(panel.id.layer)];
     SheetSights seen = SightsOf(panel, checked, cameras.positions, options.photos, names, progress);

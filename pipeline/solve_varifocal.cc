@@ -57,7 +57,8 @@ ViewOfPosition AddViewsOfFile(const CheckedPhotos& checked, const fs::path& file
 
 // Positions from which the board alone is seen have a view, too.
 ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifocalOptions& options,
-                               SolvedVarifocal& solved, VarifocalObservations& observations) {
+                               SolvedVarifocal& solved, VarifocalObservations& observations,
+                               std::set<std::string>& names) {
   const PhotoCamera body = BodyOf(checked, options.photos.focal_px);
   observations.cameras.push_back({body.name, body.width, body.height, body.focal_px, {}});
   const PrintedBoard printed = BoardOf(checked, options.board_square_mm);
@@ -66,7 +67,7 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
   // Corners are known as well as they fit the board alone: a page is not flat to a hundredth of a
   // pixel, and with less its marks would be taken for errors beside the planes' points.
   const double rms_px = CamerasOfBoard(photos, body, printed).rms_px;
-  const Eigen::Matrix2d covariance = rms_px * rms_px * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d covariance = rms_px * rms_px / 2 * Eigen::Matrix2d::Identity();
   ViewOfPosition view_of(static_cast<std::size_t>(checked.num_views), -1);
   std::vector<int> positions;
   for (const BoardPhoto& photo : photos) {
@@ -81,26 +82,28 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
     }
     observations.views.push_back(view);
     positions.push_back(photo.view);
+    names.insert(photo.photo);
   }
   const std::vector<std::string> without = PositionsWithoutBoard(checked, positions);
   solved.left_out.insert(solved.left_out.end(), without.begin(), without.end());
   return view_of;
 }
 
+// `names` gains those of the photographs that tell the cameras.
 ViewOfPosition AddViews(const CheckedPhotos& checked, const SolveVarifocalOptions& options,
-                        SolvedVarifocal& solved, VarifocalObservations& observations) {
+                        SolvedVarifocal& solved, VarifocalObservations& observations,
+                        std::set<std::string>& names) {
   solved.left_out = IncompletePositions(checked);
   if (options.cameras.empty() && checked.list.printed) {
-    return AddViewsOfBoard(checked, options, solved, observations);
+    return AddViewsOfBoard(checked, options, solved, observations, names);
   }
   return AddViewsOfFile(checked, options.cameras, observations);
 }
 
-// The names of the photographs that were used.
-std::set<std::string> AddPlanes(const CheckedPhotos& checked, const ViewOfPosition& view_of,
-                                const Calibration& design, const fs::path& photos,
-                                Progress& progress, VarifocalObservations& observations) {
-  std::set<std::string> names;
+// `names` gains those of the photographs that were used.
+void AddPlanes(const CheckedPhotos& checked, const ViewOfPosition& view_of,
+               const Calibration& design, const fs::path& photos, Progress& progress,
+               VarifocalObservations& observations, std::set<std::string>& names) {
   const fs::path folder = fs::is_directory(photos) ? photos : photos.parent_path();
   const auto num_planes = static_cast<std::int64_t>(checked.list.panels.size());
   progress.Start("sinusoids", static_cast<std::int64_t>(checked.num_views) * num_planes, "planes");
@@ -116,7 +119,6 @@ std::set<std::string> AddPlanes(const CheckedPhotos& checked, const ViewOfPositi
                                      ObserveLenses(seen->map, layer.emitter, *layer.lattice)});
     }
   }
-  return names;
 }
 
 void AddWeaknesses(const std::vector<Weakness>& weaknesses, std::string& text) {
@@ -142,9 +144,10 @@ SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progr
       patterns, photos, [](const CheckedPhoto&, const std::string&) {}, progress);
   CheckOneSize(checked);
   VarifocalObservations observations;
-  const ViewOfPosition view_of = AddViews(checked, options, solved, observations);
-  solved.photos =
-      HashPhotos(AddPlanes(checked, view_of, design, photos, progress, observations), photos);
+  std::set<std::string> names;
+  const ViewOfPosition view_of = AddViews(checked, options, solved, observations, names);
+  AddPlanes(checked, view_of, design, photos, progress, observations, names);
+  solved.photos = HashPhotos(names, photos);
   for (const CheckedPhoto& photo : checked.photos) {
     if (!photo.good) solved.left_out.push_back(photo.photo + ": " + photo.verdict);
   }

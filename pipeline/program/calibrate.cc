@@ -35,6 +35,11 @@ CalibrationMode ModeOf(const std::string& name) {
   return name == "quick" ? CalibrationMode::kQuick : CalibrationMode::kPrecise;
 }
 
+bool HasLenses(const Calibration& design) {
+  return std::any_of(design.layers.begin(), design.layers.end(),
+                     [](const LayerCalibration& layer) { return layer.lattice.has_value(); });
+}
+
 // Lenses hide boards on panels.
 bool NeedsPrintedBoard(const Calibration& design, CalibrationMode mode) {
   return mode == CalibrationMode::kPrecise &&
@@ -75,6 +80,10 @@ void AddPatterns(CLI::App& calibrate, Invocation& invocation) {
     invocation.action = [arguments](Progress& progress) {
       const Display display = FindDisplay(arguments->display);
       const Calibration design = DesignCalibration(display);
+      if (arguments->no_board && !HasLenses(design)) {
+        throw UsageError("--no-board", "is of displays with lenses, which this one has none of",
+                         "leave it out: where the camera stood is found from the panels' boards");
+      }
       ShotList list = PlanShots(design, ModeOf(arguments->mode), display.varifocal.has_value());
       if (NeedsPrintedBoard(design, list.mode) && !arguments->no_board) {
         list = WithPrintedBoard(std::move(list));
@@ -102,7 +111,13 @@ ExitCode RunCheck(const std::string& patterns, const std::string& photos, Progre
   if (!checked.missing.empty()) return ExitCode::kInput;
   const bool all_good = std::all_of(checked.photos.begin(), checked.photos.end(),
                                     [](const CheckedPhoto& photo) { return photo.good; });
-  fmt::print("{} positions of {} shots, {}\n", checked.num_views, checked.list.shots.size(),
+  int alone = 0;
+  for (int view = 0; view < checked.num_views; ++view) {
+    if (IsOfBoardAlone(checked.list, checked.photos, view)) ++alone;
+  }
+  fmt::print("{} positions of {} shots{}, {}\n", checked.num_views - alone,
+             checked.list.shots.size(),
+             alone > 0 ? fmt::format(" and {} of the printed board alone", alone) : "",
              all_good ? "all good" : "complete; leave out what is no shot of the list");
   return all_good ? ExitCode::kDone : ExitCode::kInput;
 }

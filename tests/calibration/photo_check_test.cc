@@ -76,8 +76,8 @@ TEST(PhotoCheck, FindsTwoWholePositionsGood) {
   Check(observations, "here");
 }
 
-// Of a display with lenses: the printed board tells itself, and may be all that a position has.
-TEST(PhotoCheck, KnowsThePrintedBoard) {
+// Of a display with lenses.
+ShotList ListWithPrintedBoard() {
   PanelCalibration panel;
   panel.width_px = 96;
   panel.height_px = 72;
@@ -86,18 +86,28 @@ TEST(PhotoCheck, KnowsThePrintedBoard) {
   layer.emitter = panel;
   layer.gap_mm = 4;
   layer.lattice = LensLattice{LensLattice::Type::kLine, 2, 0, {0, 0}, 0};
-  const ShotList list = WithPrintedBoard(PlanShots({"lenses", {layer}}, CalibrationMode::kPrecise));
-  ASSERT_EQ(list.shots.back().kind, PatternShot::Kind::kPrinted);
-  EXPECT_THAT(list.shots.back().name, HasSubstr("_printed_board"));
-  EXPECT_THAT(DescribeShots(list), HasSubstr("printed_board.pdf at 100 %"));
-  EXPECT_THROW(WithPrintedBoard(List()), Error);
+  return WithPrintedBoard(PlanShots({"lenses", {layer}}, CalibrationMode::kPrecise));
+}
+
+PhotoFacts GoodPrinted(const ShotList& list, const Vector2d& shift = {0, 0}) {
   const CharucoBoard& board = list.printed->board;
   PhotoFacts seen{2400, 1600, 0.02, 0.85, 0, std::nullopt, BoardSighting{0, false, 58, 2, 1, {}}};
   seen.printed = true;
   for (int c = 0; c < board.num_corners(); ++c) {
     seen.sighting->points.push_back(
-        {board.CornerPx(c), 2 * board.CornerPx(c), 1e-4 * Eigen::Matrix2d::Identity()});
+        {board.CornerPx(c), 2 * board.CornerPx(c) + shift, 1e-4 * Eigen::Matrix2d::Identity()});
   }
+  return seen;
+}
+
+// The printed board tells itself, and may be all that a position has.
+TEST(PhotoCheck, KnowsThePrintedBoard) {
+  const ShotList list = ListWithPrintedBoard();
+  ASSERT_EQ(list.shots.back().kind, PatternShot::Kind::kPrinted);
+  EXPECT_THAT(list.shots.back().name, HasSubstr("_printed_board"));
+  EXPECT_THAT(DescribeShots(list), HasSubstr("printed_board.pdf at 100 %"));
+  EXPECT_THROW(WithPrintedBoard(List()), Error);
+  const PhotoFacts seen = GoodPrinted(list);
   PhotoCheck check(list);
   for (std::size_t shot = 0; shot + 1 < list.shots.size(); ++shot) {
     check.Add("a" + list.shots[shot].name, Good(list, shot));
@@ -111,6 +121,65 @@ TEST(PhotoCheck, KnowsThePrintedBoard) {
   EXPECT_TRUE(alone.usable);
   EXPECT_THAT(check.Missing(), IsEmpty());
   EXPECT_THAT(ObservationsOf(list, check.photos()).photos, IsEmpty());
+}
+
+// Photographed alone, again and again: what is no retake is a position of its own.
+TEST(PhotoCheck, BeginsAPositionWhereThePrintedBoardIsSeenFromElsewhere) {
+  const ShotList list = ListWithPrintedBoard();
+  PhotoCheck check(list);
+  for (std::size_t shot = 0; shot + 1 < list.shots.size(); ++shot) {
+    check.Add("a" + list.shots[shot].name, Good(list, shot));
+  }
+  EXPECT_EQ(check.Add("board", GoodPrinted(list)).view, 0);
+  EXPECT_EQ(check.Add("retake", GoodPrinted(list, {0.5, 0})).view, 0);
+  EXPECT_EQ(check.photos().size(), list.shots.size());
+  for (int view = 1; view < 4; ++view) {
+    EXPECT_EQ(check.Add("alone", GoodPrinted(list, {50.0 * view, 0})).view, view);
+    EXPECT_TRUE(IsOfBoardAlone(list, check.photos(), view));
+  }
+  EXPECT_THAT(check.Missing(), IsEmpty());
+}
+
+// A board beside the display may be made out in any photograph.
+TEST(PhotoCheck, TakesAFaintPrintedBoardForNoShotOfIt) {
+  const ShotList list = ListWithPrintedBoard();
+  PhotoCheck check(list);
+  for (int view = 0; view < 2; ++view) {
+    for (std::size_t shot = 0; shot + 1 < list.shots.size(); ++shot) {
+      PhotoFacts facts = Good(list, shot);
+      if (shot != 1) {
+        facts.printed = true;
+        facts.sighting = GoodPrinted(list).sighting;
+      }
+      const CheckedPhoto& photo = check.Add("photo", facts);
+      EXPECT_EQ(photo.view, view);
+      EXPECT_EQ(photo.shot, shot);
+      EXPECT_TRUE(photo.good) << photo.verdict;
+      EXPECT_FALSE(photo.usable);
+    }
+    EXPECT_TRUE(check.Add("board", GoodPrinted(list)).good);
+  }
+  EXPECT_THAT(check.Missing(), IsEmpty());
+}
+
+TEST(PhotoCheck, TakesAPrintedBoardThatIsNotFoundAgain) {
+  const ShotList list = ListWithPrintedBoard();
+  PhotoCheck check(list);
+  for (std::size_t shot = 0; shot + 1 < list.shots.size(); ++shot) {
+    check.Add("photo", Good(list, shot));
+  }
+  PhotoFacts blurred = GoodPrinted(list);
+  blurred.printed = false;
+  blurred.sighting.reset();
+  const CheckedPhoto& bad = check.Add("blurred", blurred);
+  EXPECT_EQ(bad.shot, list.shots.size() - 1);
+  EXPECT_THAT(bad.verdict, HasSubstr("the printed board is not seen"));
+  PhotoFacts mirrored = GoodPrinted(list);
+  mirrored.sighting->mirrored = true;
+  EXPECT_THAT(check.Add("mirrored", mirrored).verdict, HasSubstr("leave the picture unflipped"));
+  EXPECT_TRUE(check.Add("again", GoodPrinted(list)).good);
+  EXPECT_EQ(check.photos().size(), list.shots.size());
+  EXPECT_THAT(check.Missing(), IsEmpty());
 }
 
 TEST(PhotoCheck, NoticesAMovedCamera) {

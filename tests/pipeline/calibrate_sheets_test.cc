@@ -108,6 +108,7 @@ class BoardScene {
     random_.seed(seed);
     const BoardCameras board = CamerasOfBoard(PhotographBoard(), {"body", 3000, 2000, 0}, printed_);
     EXPECT_THAT(board.failures, IsEmpty());
+    EXPECT_NEAR(board.rms_px, std::sqrt(2.0) * corner_px_, 0.15 * corner_px_);
     SightedPixels pixels = PhotographPanel();
     std::vector<View> views(2);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -455,6 +456,11 @@ TEST(CalibrateSheets, FindsLensesByAPrintedBoardBesideThem) {
   ASSERT_EQ(solved.sheets.size(), 1U);
   EXPECT_EQ(solved.sheets[0].num_views, 2);
   EXPECT_THAT(text, HasSubstr("corners of the printed board in 8 photographs"));
+  const auto boards = std::count_if(solved.photos.begin(), solved.photos.end(),
+                                    [](const SolvedPhotos::Photo& photo) {
+                                      return photo.file.find("printed_board") != std::string::npos;
+                                    });
+  EXPECT_EQ(boards, 8);
   const double sd = solved.sheets[0].report.drift_max_px;
   EXPECT_LT(sd, 0.04);
   EXPECT_LT(scene.LargestDifferencePx(solved), 3 * sd);

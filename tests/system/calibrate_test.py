@@ -76,6 +76,7 @@ class CalibrateTest(SystemTest):
         for arguments, code, words in [
             (("patterns", "paper-two-layers", "--out", self.dir / "p"), 2, "paper-two-layer"),
             (("patterns", self.dir / "small.toml", "--out", self.dir / "p", "--mode", "exact"), 2, "exact"),
+            (("patterns", self.dir / "small.toml", "--out", self.dir / "p", "--no-board"), 2, "no-board: is of"),
             (("check", self.dir, self.dir), 3, "patterns.json"),
             (("check", self.patterns, self.dir / "nowhere"), 3, "nowhere"),
             (("solve", self.dir, self.dir, "--out", out), 3, "patterns.json"),
