@@ -154,9 +154,9 @@ std::string PlaceOfCamera(const ShotList& list) {
       "The whole\n"
       "board is in every picture beside the panel, its squares {} camera px wide and more. "
       "Photographs of\n"
-      "the board alone, slanted by 20 to 40 degrees to all sides, as positions of their own (dark, "
-      "then the\n"
-      "board), calibrate the camera better.\n",
+      "the board alone, slanted by 20 to 40 degrees to all sides, each from a place of its own, "
+      "calibrate\n"
+      "the camera better.\n",
       printed.board.columns, printed.board.columns * printed.square_mm, printed.board.columns, 48);
 }
 
