@@ -148,7 +148,7 @@ std::optional<Rigid> PlaceOfPrintedBoard(const std::string& printed_board) {
                 is_turned ? "X,Y,Z,RX,RY,RZ in mm and degrees" : "X,Y,Z in mm");
   Rigid place{Eigen::Quaterniond::Identity(), {at[0], at[1], at[2]}};
   for (int axis = 0; is_turned && axis < 3; ++axis) {
-    const double angle = at[static_cast<std::size_t>(3 + axis)] * kRadians;
+    const double angle = at[3 + static_cast<std::size_t>(axis)] * kRadians;
     place.rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis)) * place.rotation;
   }
   return place;
