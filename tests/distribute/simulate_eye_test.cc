@@ -207,7 +207,7 @@ TEST(SimulateEye, SlotsAreSeenInThoseBeforeAndAfterThem) {
   const std::array<float, 9> expected{own + cross, 0, 0, 0, own + cross, 0, 0, 0, cross};
   for (int y = 0; y < 3; ++y) {
     for (int x = 0; x < 3; ++x) {
-      const auto slot = static_cast<std::size_t>(3 * y + x);
+      const std::size_t slot = 3 * static_cast<std::size_t>(y) + static_cast<std::size_t>(x);
       // The last one in the order, before slot 0, is 5: (8 mod 3, (8 + 2) mod 3).
       EXPECT_NEAR(seen(x, y).g, slot == 5 ? cross : expected[slot], 1e-5) << slot;
     }
