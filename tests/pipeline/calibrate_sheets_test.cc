@@ -177,8 +177,9 @@ class BoardScene {
     int count = 0;
     for (const Vector3d& eye : box.Eyes()) {
       for (int place = 0; place < 9; ++place) {
-        const Vector2d q((place % 3 - 1) * kSheetWidth * kSheetPixel / 2,
-                         (place / 3 - 1) * kSheetHeight * kSheetPixel / 2);
+        const int column = place % 3 - 1, row = place / 3 - 1;
+        const Vector2d q(column * kSheetWidth * kSheetPixel / 2,
+                         row * kSheetHeight * kSheetPixel / 2);
         const Vector2d shown = sheet_.Seen(q, eye) / kSheetPixel;
         const Vector3d direction = found_from_true.rotation * (Vector3d(q.x(), q.y(), 0) - eye);
         const Vector3d at =
@@ -378,7 +379,8 @@ class BesideBoard {
     int compared = 0;
     for (const double x : {-70, 0, 70}) {
       for (int place = 0; place < 35; ++place) {
-        const Vector3d eye(x, 10, 300), at(5.0 * (place % 7 - 3), 5.0 * (place / 7 - 2), 0);
+        const int column = place % 7 - 3, row = place / 7 - 2;
+        const Vector3d eye(x, 10, 300), at(5.0 * column, 5.0 * row, 0);
         const auto is = truth.Seen(eye, at - eye);
         const auto said = found.Seen(found_from_true * eye, found_from_true.rotation * (at - eye));
         if (!is || !said) continue;
