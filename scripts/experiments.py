@@ -7,7 +7,7 @@ import json
 import math
 from pathlib import Path
 
-COLORS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17768f", "#8c564b", "#e377c2")
+COLORS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17768f", "#8c564b", "#e377c2", "#111111", "#bcbd22")
 WIDTH, HEIGHT = 680, 360
 LEFT, TOP, BOTTOM = 64, 44, 46
 LETTER = 6.4  # width of one, mean of the figures' font
