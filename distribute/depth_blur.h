@@ -4,9 +4,9 @@
 // that what is near and what lies behind it, shadows too, have each their own width.
 //
 // It takes a node's picture for all of a beam's lines. For a plane at one depth that is right up to
-// the samples where a plane of the blur lies, and off by up to 2 % of white between two; where things
-// hide others it is an approximation, which distribute/prefilter.h's gather over all nodes of a beam
-// is not. It is slower than that gather, too: it is there to be compared with.
+// the samples where a plane of the blur lies, and off by up to 2 % of white between two; where
+// things hide others it is an approximation, which distribute/prefilter.h's gather over all nodes
+// of a beam is not. It is slower than that gather, too: it is there to be compared with.
 #pragma once
 
 #include <cstddef>
