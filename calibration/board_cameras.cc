@@ -14,7 +14,7 @@
 namespace lamella {
 namespace {
 
-constexpr double kKnown = 100;  // Degeneracy: ten times better than assumed
+constexpr double kCameraKnown = 100;  // Degeneracy: ten times better than assumed
 
 // The board as the one panel of a display.
 Calibration DesignOf(const PrintedBoard& printed) {
@@ -31,7 +31,7 @@ Fit FitOfBoard(const Structure& structure, const Observations& observations) {
   Fit with = Refit(without, structure, observations, free);
   const double gain = (without.equations.cost - with.equations.cost) / with.variance;
   const bool asked_for = gain > std::log(with.num_residuals);
-  return asked_for && DegeneracyOf(with).smallest >= kKnown ? with : without;
+  return asked_for && DegeneracyOf(with).smallest >= kCameraKnown ? with : without;
 }
 
 // The places of the views whose photograph was not rejected.

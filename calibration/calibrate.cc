@@ -18,7 +18,6 @@
 namespace lamella {
 namespace {
 
-constexpr const char* kWhere = "calibration";
 constexpr double kLargestOutlierShare = 0.35;
 
 // In one order whatever the input's, so that the same photographs give the same bytes.
@@ -171,8 +170,8 @@ void CheckRays(const Fit& fit, const Structure& structure, const CalibrateOption
 
 CalibrationReport Calibrate(const Observations& given, const Calibration& design,
                             const CalibrateOptions& options) {
-  Check(given, kWhere);
-  Check(design, kWhere);
+  Check(given, kSolveWhere);
+  Check(design, kSolveWhere);
   const Observations observations = Sorted(given);
   const Structure structure = StructureOf(observations, design);
   const CalibrationState start = Initialise(observations, structure);

@@ -24,7 +24,7 @@ constexpr double kLeastNumber = 0.02, kMostNumber = 0.97;  // of 8 bits: code 5,
 constexpr double kLogError = 0.005;                        // of a reading's light, beside its noise
 constexpr double kBend = 0.03;  // standard deviation of a knot's second difference
 // Noise of less than a code does not average rounding away.
-constexpr double kRounding = 1.0 / 255 / 3.5;
+constexpr double kCodeRounding = 1.0 / 255 / 3.5;
 constexpr std::size_t kLeastPatches = 12;
 constexpr double kMostRms = 0.1;
 
@@ -40,8 +40,8 @@ Place PlaceOf(const std::vector<double>& knots, double log_number) {
 }
 
 // Those of patches that two exposures show well.
-std::vector<NumberReading> Usable(const std::vector<NumberReading>& readings,
-                                  const std::string& where) {
+std::vector<NumberReading> Unclipped(const std::vector<NumberReading>& readings,
+                                     const std::string& where) {
   std::map<int, std::set<double>> exposures;
   const auto is_good = [](const NumberReading& reading) {
     return reading.number >= kLeastNumber && reading.number <= kMostNumber;
@@ -96,7 +96,7 @@ Problem ProblemOf(const std::vector<NumberReading>& readings) {
     const Place place = PlaceOf(problem.knots, std::log(reading.number));
     // A number's noise as its light's: the curves' slopes are about 2.
     const double relative =
-        4 * (reading.variance + kRounding * kRounding) / (reading.number * reading.number);
+        4 * (reading.variance + kCodeRounding * kCodeRounding) / (reading.number * reading.number);
     problem.Add({{place.knot, 1 - place.share},
                  {place.knot + 1, place.share},
                  {problem.column_of.at(reading.patch), -1}},
@@ -120,7 +120,7 @@ double CameraResponse::LightOf(double number) const {
 
 CameraResponse EstimateCameraResponse(const std::vector<NumberReading>& readings,
                                       const std::string& where) {
-  const std::vector<NumberReading> usable = Usable(readings, where);
+  const std::vector<NumberReading> usable = Unclipped(readings, where);
   const Problem problem = ProblemOf(usable);
   const VectorXd solution = problem.information.ldlt().solve(problem.right);
   CameraResponse response{problem.knots, {solution.data(), solution.data() + kKnots}, 0};

@@ -18,8 +18,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kPi = std::numbers::pi;
-
 // Of a spread over pixels, along one axis: from the middle pixel's share on.
 std::vector<double> SharesOf(double spread_px) {
   const SpreadKernel kernel = GaussianSpread(spread_px);
@@ -40,7 +38,7 @@ double SmoothRamp(double x, double sigma) {
   if (sigma <= 0 || std::abs(x) > 8 * sigma) return std::max(0.0, x);
   const double u = x / sigma;
   return x * std::erfc(-u / std::numbers::sqrt2) / 2 +
-         sigma * std::exp(-u * u / 2) / std::sqrt(2 * kPi);
+         sigma * std::exp(-u * u / 2) / std::sqrt(2 * std::numbers::pi);
 }
 
 // The boxes of an emitter and an opening, one over the other and over a Gaussian: of sum 1.
@@ -61,7 +59,7 @@ std::vector<Node> DiscNodes(double diameter) {
   if (diameter == 0) return {{0, 1}};
   std::vector<Node> nodes;
   for (int i = 1; i <= kNodes; ++i) {
-    const double angle = kPi * i / (kNodes + 1), sine = std::sin(angle);
+    const double angle = std::numbers::pi * i / (kNodes + 1), sine = std::sin(angle);
     nodes.push_back({diameter / 2 * std::cos(angle), 2.0 / (kNodes + 1) * sine * sine});
   }
   return nodes;
@@ -164,10 +162,10 @@ double RoughPlace(const VectorXd& series) {
   const double K = static_cast<double>(series.size());
   double cosine = 0, sine = 0;
   for (Index k = 0; k < series.size(); ++k) {
-    cosine += series(k) * std::cos(2 * kPi * static_cast<double>(k) / K);
-    sine += series(k) * std::sin(2 * kPi * static_cast<double>(k) / K);
+    cosine += series(k) * std::cos(2 * std::numbers::pi * static_cast<double>(k) / K);
+    sine += series(k) * std::sin(2 * std::numbers::pi * static_cast<double>(k) / K);
   }
-  return std::atan2(sine, cosine) * K / (2 * kPi);
+  return std::atan2(sine, cosine) * K / (2 * std::numbers::pi);
 }
 
 SeriesFit FitSeries(const VectorXd& series, const Profile& profile) {

@@ -13,6 +13,7 @@
 #include "calibration/homography.h"
 #include "calibration/read_marker.h"
 #include "calibration/saddle.h"
+#include "lightfield/median.h"
 
 namespace lamella {
 namespace {
@@ -122,13 +123,6 @@ double BlurAround(ImageSpan<const float> grey, const Vector2d& corner, int reach
   if (!(steepest > 0)) return 0;
   const auto sigma = static_cast<double>((high - low) / steepest) / std::sqrt(2 * std::numbers::pi);
   return std::sqrt(std::max(0.0, sigma * sigma - 5.0 / 12));
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::optional<Saddle> CornerNear(ImageSpan<const float> grey,
@@ -258,15 +252,15 @@ class Reader {
 };
 
 // A board and handedness, and its markers that confirm each other.
-struct Candidate {
+struct BoardCandidate {
   std::size_t board = 0;
   bool mirrored = false;
   PlacedMarkers markers;
 };
 
-std::vector<Candidate> FindCandidates(const Image<std::uint8_t>& codes,
-                                      const std::vector<CharucoBoard>& boards) {
-  std::vector<Candidate> candidates;
+std::vector<BoardCandidate> FindCandidates(const Image<std::uint8_t>& codes,
+                                           const std::vector<CharucoBoard>& boards) {
+  std::vector<BoardCandidate> candidates;
   for (const bool mirrored : {false, true}) {
     const std::vector<FoundMarker> found = FindMarkers(codes.span(), mirrored);
     for (std::size_t b = 0; b < boards.size(); ++b) {
@@ -310,7 +304,7 @@ Image<std::uint8_t> Codes(ImageSpan<const float> grey, double bright, double noi
   return codes;
 }
 
-BoardSighting SightingOf(ImageSpan<const float> grey, const Candidate& candidate,
+BoardSighting SightingOf(ImageSpan<const float> grey, const BoardCandidate& candidate,
                          const CharucoBoard& board, const Reader& reader) {
   BoardSighting sighting{
       candidate.board, candidate.mirrored, static_cast<int>(reader.markers().size()), 0, 0, {}};
@@ -338,10 +332,11 @@ std::optional<BoardSighting> DetectBoard(ImageSpan<const float> grey,
   const double noise = EstimateNoise(grey), bright = BrightLevel(grey);
   const double least_contrast =
       std::max(kLeastContrastOfBright * bright, kLeastContrastOfNoise * noise);
-  std::vector<Candidate> candidates = FindCandidates(Codes(grey, bright, noise), boards);
-  const auto most = std::max_element(
-      candidates.begin(), candidates.end(),
-      [](const Candidate& a, const Candidate& b) { return a.markers.size() < b.markers.size(); });
+  std::vector<BoardCandidate> candidates = FindCandidates(Codes(grey, bright, noise), boards);
+  const auto most = std::max_element(candidates.begin(), candidates.end(),
+                                     [](const BoardCandidate& a, const BoardCandidate& b) {
+                                       return a.markers.size() < b.markers.size();
+                                     });
   if (most == candidates.end() || most->markers.empty()) return std::nullopt;
   const CharucoBoard& board = boards[most->board];
   Reader reader(grey, board, most->markers, noise, least_contrast);

@@ -1,5 +1,6 @@
 #include "calibration/held_out.h"
 
+#include <cmath>
 #include <functional>
 
 #include "calibration/minimise.h"
@@ -50,6 +51,17 @@ std::vector<double> HeldOutSquares(const Fit& fit, const Structure& structure,
     AddFold(fit, structure, observations, fold, squares);
   }
   return squares;
+}
+
+double GainInErrors(const std::vector<double>& before, const std::vector<double>& after) {
+  const auto num = static_cast<double>(before.size());
+  double mean = 0, squares = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) mean += (before[i] - after[i]) / num;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double off = before[i] - after[i] - mean;
+    squares += off * off;
+  }
+  return squares > 0 ? mean / std::sqrt(squares / num / num) : 0;
 }
 
 }  // namespace lamella

@@ -13,4 +13,7 @@ namespace lamella {
 std::vector<double> HeldOutSquares(const Fit& fit, const Structure& structure,
                                    const Observations& observations);
 
+// By how many standard errors the mean of such squares falls, point by point.
+double GainInErrors(const std::vector<double>& before, const std::vector<double>& after);
+
 }  // namespace lamella

@@ -78,7 +78,7 @@ Eigen::VectorXd SquaredErrors(const Matrix3d& h, const Eigen::Matrix2Xd& from,
   return (Apply(h, from) - to).colwise().squaredNorm();
 }
 
-double Median(Eigen::VectorXd values) {
+double MedianOf(Eigen::VectorXd values) {
   if (!values.allFinite()) return std::numeric_limits<double>::infinity();
   const auto middle = values.begin() + values.size() / 2;
   std::nth_element(values.begin(), middle, values.end());
@@ -95,7 +95,7 @@ Matrix3d LeastMedian(const Eigen::Matrix2Xd& from, const Eigen::Matrix2Xd& to) {
     std::array<Eigen::Index, 4> use{};
     for (Eigen::Index& i : use) i = static_cast<Eigen::Index>(random() % num);
     const Matrix3d h = Through(from, to, use);
-    const double median = Median(SquaredErrors(h, from, to));
+    const double median = MedianOf(SquaredErrors(h, from, to));
     if (median < least) {
       least = median;
       best = h;
@@ -115,7 +115,7 @@ std::optional<Matrix3d> FitHomography(const Eigen::Matrix2Xd& plane,
   Matrix3d h = LeastMedian(from, to);
   for (int round = 0; round < 3; ++round) {
     const Eigen::VectorXd errors = SquaredErrors(h, from, to);
-    const double bound = std::max(9 / 1.386 * Median(errors), 1e-18);  // 3 robust sigmas
+    const double bound = std::max(9 / 1.386 * MedianOf(errors), 1e-18);  // 3 robust sigmas
     std::vector<Eigen::Index> use;
     for (Eigen::Index i = 0; i < errors.size(); ++i) {
       if (errors(i) <= bound) use.push_back(i);

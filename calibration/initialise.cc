@@ -11,6 +11,7 @@
 
 #include "calibration/homography.h"
 #include "lightfield/error.h"
+#include "lightfield/median.h"
 #include "lightfield/panel_rays.h"
 
 namespace lamella {
@@ -20,19 +21,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "calibration";
-
 // One photograph on its own.
 struct Guess {
   std::optional<Matrix3d> homography;  // image px from the panel's mm
   std::optional<Rigid> camera_from_panel;
 };
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Rigid MedianPose(const std::vector<Rigid>& poses) {
   // Signs and outliers are judged from the pose nearest to all others.
@@ -127,7 +120,7 @@ void GuessPoses(const Observations& observations, const std::vector<double>& foc
   }
   for (const auto& [panel, count] : behind) {
     if (count <= in_front[panel]) continue;
-    throw InputError(kWhere,
+    throw InputError(kSolveWhere,
                      fmt::format("{} is mirrored in its photographs, in the display's file it is "
                                  "the other way round",
                                  NameOf(panel)),
@@ -163,7 +156,7 @@ std::map<PanelId, Rigid> RelatePanels(const Observations& observations, const St
   }
   for (const PanelId& panel : structure.panels) {
     if (known.count(panel) > 0) continue;
-    throw InputError(kWhere,
+    throw InputError(kSolveWhere,
                      fmt::format("the place of {} is lost: no camera position shows it together "
                                  "with {} with enough points off a line",
                                  NameOf(panel), NameOf(structure.reference)),

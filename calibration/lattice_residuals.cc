@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr int kColumns = 8, kRows = 5;
-constexpr int kFewest = 20;  // samples of a quarter
+constexpr int kFewestOfAQuarter = 20;  // samples of a quarter
 
 struct Mean {
   double sum = 0;
@@ -62,7 +62,7 @@ LatticeMisfit MisfitOf(const std::vector<SheetRay>& rays, const LatticeModel& mo
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const Quarters& quarters = parts[i];
       if (std::any_of(quarters.begin(), quarters.end(),
-                      [](const Mean& mean) { return mean.count < kFewest; })) {
+                      [](const Mean& mean) { return mean.count < kFewestOfAQuarter; })) {
         continue;
       }
       double mean = 0;

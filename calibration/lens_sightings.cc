@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "calibration/homography.h"
+#include "lightfield/median.h"
 #include "lightfield/panel_rays.h"
 
 namespace lamella {
@@ -19,14 +20,8 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kFewestLenses = 12, kMostSingle = 400;
 constexpr double kAround = 2.1;  // lens pitches: 19 lenses of a hexagonal sheet, 13 of a square one
-constexpr double kMostOff = 4;   // deviations
-constexpr double kMostSpreadPx = 1;  // of the panel, seen through one lens
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+constexpr double kMostDeviations = 4;  // deviations
+constexpr double kMostSpreadPx = 1;    // of the panel, seen through one lens
 
 // The photograph's pixels that see one lens.
 struct Patch {
@@ -207,7 +202,8 @@ std::vector<Observation> ObserveLenses(const ScreenMap& map, const PanelCalibrat
   for (std::size_t i = 0; i < lenses.size(); ++i) {
     const LocalFit& fit = fits[i];
     if (!(fit.freedom > 0)) continue;
-    const bool fits_in = (off[i] - fit.value).squaredNorm() < 2 * kMostOff * kMostOff * variance;
+    const bool fits_in =
+        (off[i] - fit.value).squaredNorm() < 2 * kMostDeviations * kMostDeviations * variance;
     if (!fits_in) continue;
     if (single) {
       points.push_back(

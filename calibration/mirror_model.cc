@@ -16,7 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kNumbers = 7, kDepth = 5, kMagnification = 6, kMostHarmonics = 3;
-constexpr double kChance = 4;  // standard deviations
+constexpr double kMostByChance = 4;  // standard deviations
 
 // Generalised least squares, columns scaled so that angles and mm are alike.
 struct LinearFit {
@@ -25,7 +25,7 @@ struct LinearFit {
   double chi2 = 0;
   int freedom = 0;
 
-  bool Holds() const { return chi2 <= freedom + kChance * std::sqrt(2.0 * freedom); }
+  bool Holds() const { return chi2 <= freedom + kMostByChance * std::sqrt(2.0 * freedom); }
 };
 
 std::optional<LinearFit> FitLinear(const MatrixXd& model, const VectorXd& numbers,

@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kColumns = 9, kRows = 6;  // points of a panel
+constexpr int kPanelColumns = 9, kPanelRows = 6;  // points of a panel
 
 double MedianOf(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -79,9 +79,9 @@ std::optional<ImaginedView> Imagine(const Fit& fit, const Structure& structure,
   for (const PanelId& id : structure.panels) {
     const PanelCalibration& panel = structure.Panel(id);
     PanelPhoto photo{id, 0, 0, NameOf(id), {}};
-    for (int i = 0; i < kColumns * kRows; ++i) {
-      const int column = i % kColumns, row = i / kColumns;
-      const Vector2d share((column + 0.5) / kColumns, (row + 0.5) / kRows);
+    for (int i = 0; i < kPanelColumns * kPanelRows; ++i) {
+      const int column = i % kPanelColumns, row = i / kPanelColumns;
+      const Vector2d share((column + 0.5) / kPanelColumns, (row + 0.5) / kPanelRows);
       photo.points.push_back({share.cwiseProduct(Vector2d(panel.width_px, panel.height_px)),
                               Vector2d::Zero(), Eigen::Matrix2d::Identity()});
     }
@@ -150,7 +150,7 @@ std::optional<NextView> BestNextView(const Fit& fit, const Structure& structure,
   const MatrixXd slopes = SlopesOfRays(fit, structure, rays, steps);
   const double now = UncertaintyOfRays(rays, slopes, covariance).rms_sd_px;
   const Typical typical = TypicalPhoto(fit, observations);
-  const double variance = typical.variance_px2 * kColumns * kRows / typical.points;
+  const double variance = typical.variance_px2 * kPanelColumns * kPanelRows / typical.points;
   const double distance = MedianDistance(fit);
   std::optional<NextView> best;
   for (const double up_deg : {0, 10, -10, 20, -20}) {

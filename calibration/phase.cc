@@ -13,10 +13,10 @@
 namespace lamella {
 namespace {
 
-constexpr double kTwoPi = 2 * std::numbers::pi;
+constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kLeastModulation = 15, kLeastContrast = 10;  // sigma
 constexpr double kLeastFaintModulation = 3;
-constexpr double kMostNumber = 0.95;
+constexpr double kSaturated = 0.95;
 constexpr int kErosionPx = 3;
 constexpr double kMostOffPlane = 4;  // sigma
 constexpr std::int64_t kGrainRows = 16;
@@ -26,7 +26,7 @@ struct Sinusoid {
   double mean = 0, cosine = 0, sine = 0;
   double modulation() const { return std::hypot(cosine, sine); }
   double turns() const {  // [0, 1)
-    const double t = std::atan2(sine, cosine) / kTwoPi;
+    const double t = std::atan2(sine, cosine) / kFullTurn;
     return t < 0 ? t + 1 : t;
   }
 };
@@ -36,7 +36,7 @@ class Steps {
  public:
   explicit Steps(const PhasePhotos& photos) : photos_(photos) {
     for (int k = 0; k < photos.series.steps; ++k) {
-      const double angle = kTwoPi * k / photos.series.steps;
+      const double angle = kFullTurn * k / photos.series.steps;
       cos_.push_back(std::cos(angle));
       sin_.push_back(std::sin(angle));
     }
@@ -132,7 +132,7 @@ double EstimateVariance(const Steps& fine, const PhaseCapture& capture,
   std::vector<double> variances;
   for (int y = 0; y < capture.white.height; y += kStep) {
     for (int x = 0; x < capture.white.width; x += kStep) {
-      if (!is_lit(fine, x, y) || fine.Brightest(x, y) > kMostNumber) continue;
+      if (!is_lit(fine, x, y) || fine.Brightest(x, y) > kSaturated) continue;
       variances.push_back(fine.Variance(x, y));
     }
   }
@@ -176,7 +176,7 @@ bool IsLit(const PhaseCapture& capture, const std::vector<Steps>& axis, const Se
   const auto white = static_cast<double>(capture.white(x, y));
   const double contrast = white - static_cast<double>(capture.black(x, y));
   return s.modulation() > kLeastModulation * sigma * std::sqrt(2.0 / fine.series().steps) &&
-         fine.Brightest(x, y) < kMostNumber && contrast > kLeastContrast * sigma;
+         fine.Brightest(x, y) < kSaturated && contrast > kLeastContrast * sigma;
 }
 
 const Steps& SeriesOfPeriod(const std::vector<Steps>& axis, int period_px) {
@@ -190,7 +190,7 @@ const Steps& SeriesOfPeriod(const std::vector<Steps>& axis, int period_px) {
 bool IsFaintlyLit(const Steps& fine, double variance, int x, int y) {
   return fine.At(x, y).modulation() >
              kLeastFaintModulation * std::sqrt(2.0 / fine.series().steps * variance) &&
-         fine.Brightest(x, y) < kMostNumber;
+         fine.Brightest(x, y) < kSaturated;
 }
 
 struct Position {
@@ -217,7 +217,7 @@ Position Unwrap(const std::vector<Steps>& axis, const SensorNoise& noise, int si
     position.agrees = position.agrees && std::abs(position.px - coarse) < period / 4;
     const double sigma = std::sqrt(noise.per_light * std::max(0.0, s.mean) + noise.constant);
     position.sigma =
-        period / kTwoPi * std::sqrt(2.0 / steps->series().steps) * sigma / s.modulation();
+        period / kFullTurn * std::sqrt(2.0 / steps->series().steps) * sigma / s.modulation();
   }
   return position;
 }
@@ -327,7 +327,8 @@ ScreenMap DecodePeriod(const PhaseCapture& capture, int period_px) {
                            EstimateVariance(v.front(), capture, IsAboveItsNoise)) /
                           2;
   const auto sigma_of = [&](const Steps& steps, const Sinusoid& s) {
-    return period_px / kTwoPi * std::sqrt(2.0 / steps.series().steps * variance) / s.modulation();
+    return period_px / kFullTurn * std::sqrt(2.0 / steps.series().steps * variance) /
+           s.modulation();
   };
   const int width = capture.white.width, height = capture.white.height;
   ScreenMap map{

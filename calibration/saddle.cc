@@ -14,15 +14,15 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr int kMostIterations = 50;
+constexpr int kMostSaddleIterations = 50;
 constexpr double kTolerancePx = 1e-3;
 // Edges of one direction leave M this ill conditioned.
 constexpr double kLeastEigenvalueRatio = 0.02;
 // How far a corner's place within a pixel moves it, where blur is about a pixel (same place).
 constexpr double kPixelPhasePx = 0.01;
 
-// Sums over the window around a point: M = sum w g g^T, b = sum w g g^T (x - point).
-struct Sums {
+// SaddleSums over the window around a point: M = sum w g g^T, b = sum w g g^T (x - point).
+struct SaddleSums {
   Matrix2d m = Matrix2d::Zero();
   Vector2d b = Vector2d::Zero();
 };
@@ -49,8 +49,8 @@ void ForWindow(ImageSpan<const float> image, const Vector2d& point, int half_win
   }
 }
 
-Sums SumsAround(ImageSpan<const float> image, const Vector2d& point, int half_window) {
-  Sums sums;
+SaddleSums SumsAround(ImageSpan<const float> image, const Vector2d& point, int half_window) {
+  SaddleSums sums;
   ForWindow(image, point, half_window,
             [&](int, int, const Vector2d& offset, double w, const Vector2d& g) {
               sums.m += w * g * g.transpose();
@@ -114,14 +114,14 @@ double EstimateNoise(ImageSpan<const float> image) {
 std::optional<Saddle> RefineSaddle(ImageSpan<const float> image, const Vector2d& start_px,
                                    int half_window, double noise) {
   Vector2d point = start_px;
-  for (int i = 0; i < kMostIterations; ++i) {
+  for (int i = 0; i < kMostSaddleIterations; ++i) {
     if (!Fits(image, point, half_window)) return std::nullopt;
-    const Sums sums = SumsAround(image, point, half_window);
+    const SaddleSums sums = SumsAround(image, point, half_window);
     if (!HasTwoDirections(sums.m)) return std::nullopt;
     const Vector2d step = sums.m.inverse() * sums.b;
     point += step;
     if ((point - start_px).cwiseAbs().maxCoeff() > half_window) return std::nullopt;
-    if (step.norm() > kTolerancePx && i + 1 < kMostIterations) continue;
+    if (step.norm() > kTolerancePx && i + 1 < kMostSaddleIterations) continue;
     const Matrix2d inverse = sums.m.inverse();
     const Matrix2d covariance =
         noise * noise * inverse * SpreadOfSums(image, point, half_window) * inverse;

@@ -14,9 +14,9 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr int kColumns = 24, kRows = 13;
+constexpr int kMapColumns = 24, kMapRows = 13;
 constexpr int kHalfWindows[] = {10, 15, 20};
-constexpr double kLeastShare = 0.6;  // of a window that must be valid
+constexpr double kLeastValidShare = 0.6;  // of a window that must be valid
 constexpr double kMostSigma = 4;
 
 struct Pixel {
@@ -103,9 +103,9 @@ std::vector<Sample> SamplesAround(const ScreenMap& map, Pixel middle, int half_w
 }
 
 // u (1 + h.x) = a0 + a1 x + a2 y, v likewise with b and the same h. Since u and v are small around
-// the node, the errors stay those of u and v. Parameters: a0 a1 a2 b0 b1 b2 h1 h2.
-using Parameters = Eigen::Matrix<double, 8, 1>;
-using Information = Eigen::Matrix<double, 8, 8>;
+// the node, the errors stay those of u and v. HomographyNumbers: a0 a1 a2 b0 b1 b2 h1 h2.
+using HomographyNumbers = Eigen::Matrix<double, 8, 1>;
+using HomographyInformation = Eigen::Matrix<double, 8, 8>;
 
 Eigen::Matrix<double, 2, 8> RowsOf(const Sample& sample) {
   const double x = sample.image.x(), y = sample.image.y();
@@ -116,55 +116,55 @@ Eigen::Matrix<double, 2, 8> RowsOf(const Sample& sample) {
   return rows;
 }
 
-struct Fit {
-  Parameters parameters;
-  Information covariance;
+struct WindowFit {
+  HomographyNumbers parameters;
+  HomographyInformation covariance;
   double variance = 0;  // of a sample's u or v about it
 };
 
-std::optional<Fit> FitHomography(const std::vector<Sample>& samples) {
+std::optional<WindowFit> FitWindow(const std::vector<Sample>& samples) {
   constexpr std::size_t kLeastSamples = 24;
   if (samples.size() < kLeastSamples) return std::nullopt;
-  Information information = Information::Zero();
-  Parameters right = Parameters::Zero();
+  HomographyInformation information = HomographyInformation::Zero();
+  HomographyNumbers right = HomographyNumbers::Zero();
   for (const Sample& sample : samples) {
     const auto rows = RowsOf(sample);
     information += rows.transpose() * rows;
     right += rows.transpose() * sample.panel;
   }
-  const Eigen::LDLT<Information> solver(information);
+  const Eigen::LDLT<HomographyInformation> solver(information);
   if (solver.info() != Eigen::Success || !solver.isPositive() || solver.rcond() < 1e-14) {
     return std::nullopt;
   }
-  Fit fit{solver.solve(right), {}, 0};
+  WindowFit fit{solver.solve(right), {}, 0};
   double sum = 0;
   for (const Sample& sample : samples) {
     sum += (sample.panel - RowsOf(sample) * fit.parameters).squaredNorm();
   }
   fit.variance = sum / (2.0 * static_cast<double>(samples.size()) - 8);
-  fit.covariance = fit.variance * solver.solve(Information::Identity());
+  fit.covariance = fit.variance * solver.solve(HomographyInformation::Identity());
   return fit;
 }
 
 // Fitted twice: the second time without what lies too far off the first.
-std::optional<Fit> FitTrimmed(std::vector<Sample> samples) {
-  const auto first = FitHomography(samples);
+std::optional<WindowFit> FitTrimmed(std::vector<Sample> samples) {
+  const auto first = FitWindow(samples);
   if (!first) return std::nullopt;
   const double most = 2 * kMostSigma * kMostSigma * first->variance;
   std::erase_if(samples, [&](const Sample& sample) {
     return (sample.panel - RowsOf(sample) * first->parameters).squaredNorm() > most;
   });
-  return FitHomography(samples);
+  return FitWindow(samples);
 }
 
 std::optional<Observation> ObserveNode(const ScreenMap& map, const Vector2d& node, Pixel start) {
   for (const int half_window : kHalfWindows) {
     const int side = 2 * half_window + 1;
     const std::vector<Sample> samples = SamplesAround(map, start, half_window, node);
-    if (static_cast<double>(samples.size()) < kLeastShare * side * side) continue;
+    if (static_cast<double>(samples.size()) < kLeastValidShare * side * side) continue;
     const auto fit = FitTrimmed(samples);
     if (!fit) continue;
-    const Parameters& p = fit->parameters;
+    const HomographyNumbers& p = fit->parameters;
     Matrix2d panel_from_image;
     panel_from_image << p[1], p[2], p[4], p[5];
     if (!(std::abs(panel_from_image.determinant()) > 1e-12)) continue;
@@ -184,7 +184,7 @@ std::optional<Observation> ObserveNode(const ScreenMap& map, const Vector2d& nod
 }  // namespace
 
 std::vector<Vector2d> NodesOf(int width_px, int height_px) {
-  const int columns = std::min(kColumns, width_px), rows = std::min(kRows, height_px);
+  const int columns = std::min(kMapColumns, width_px), rows = std::min(kMapRows, height_px);
   std::vector<Vector2d> nodes;
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {

@@ -30,19 +30,6 @@ constexpr Candidate kCandidates[] = {{"plate thickness", &FreeGroups::plate},
                                      {"k3", &FreeGroups::k3},
                                      {"index", &FreeGroups::index}};
 
-// By how many standard errors the mean square falls.
-double GainInErrors(const std::vector<double>& before, const std::vector<double>& after) {
-  double sum = 0, squares = 0;
-  const auto num = static_cast<double>(before.size());
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    const double gain = before[i] - after[i];
-    sum += gain;
-    squares += gain * gain;
-  }
-  const double mean = sum / num, variance = squares / num - mean * mean;
-  return num > 1 && variance > 0 ? mean / std::sqrt(variance / num) : 0;
-}
-
 // The columns of a group's parameters.
 std::vector<int> ColumnsOfGroup(const Columns& columns, bool FreeGroups::*group) {
   std::vector<int> of;

@@ -14,8 +14,6 @@
 namespace lamella {
 namespace {
 
-constexpr const char* kWhere = "calibration";
-
 bool Has(const Calibration& design, const PanelId& panel) {
   if (panel.layer < 0 || panel.layer >= static_cast<int>(design.layers.size())) return false;
   const LayerCalibration& layer = design.layers[static_cast<std::size_t>(panel.layer)];
@@ -98,7 +96,7 @@ void PlusShape(Eigen::Vector4d& shape, const std::array<int, 4>& columns,
   }
 }
 
-Eigen::Vector4d ShapeOf(const PanelCalibration& panel) {
+Eigen::Vector4d ShapeNumbers(const PanelCalibration& panel) {
   return {panel.scale, panel.aspect, panel.skew, panel.bow_mm};
 }
 
@@ -136,21 +134,21 @@ Structure StructureOf(const Observations& observations, const Calibration& desig
   std::set<PanelId> panels;
   for (const PanelPhoto& photo : observations.photos) {
     if (!Has(design, photo.panel)) {
-      throw UsageError(kWhere,
+      throw UsageError(kSolveWhere,
                        fmt::format("{} shows {}, which display {} does not have", photo.photo,
                                    NameOf(photo.panel), design.display),
                        "give the display's own file");
     }
     const auto& layer = design.layers[static_cast<std::size_t>(photo.panel.layer)];
     if (layer.lattice) {
-      throw UsageError(kWhere, fmt::format("layer {} has a lens sheet", photo.panel.layer),
+      throw UsageError(kSolveWhere, fmt::format("layer {} has a lens sheet", photo.panel.layer),
                        "calibrate displays of panels; lens sheets need phase patterns");
     }
     camera_of_view[photo.view] = photo.camera;
     panels.insert(photo.panel);
   }
   if (panels.empty()) {
-    throw InputError(kWhere, "no panel was found in any photograph", "photograph its pattern");
+    throw InputError(kSolveWhere, "no panel was found in any photograph", "photograph its pattern");
   }
   for (const auto& [view, camera] : camera_of_view) {
     structure.views.push_back(view);
@@ -241,8 +239,8 @@ CalibrationState StateOfDesign(const Structure& structure, const Observations& o
     LayerState layer;
     layer.world_from_stack = world_from_display * design.display_from_stack;
     layer.relation << design.offset_mm, design.gap_mm, design.rotation_rad;
-    layer.emitter_shape = ShapeOf(design.emitter);
-    if (design.modulator) layer.modulator_shape = ShapeOf(*design.modulator);
+    layer.emitter_shape = ShapeNumbers(design.emitter);
+    if (design.modulator) layer.modulator_shape = ShapeNumbers(*design.modulator);
     layer.index = design.index;
     if (design.plate) layer.plate_mm = design.plate->thickness_mm;
     state.layers.push_back(layer);

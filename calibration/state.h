@@ -18,6 +18,9 @@
 
 namespace lamella {
 
+// Where the errors of a solve say that they happened.
+inline constexpr const char* kSolveWhere = "calibration";
+
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 

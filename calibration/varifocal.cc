@@ -20,11 +20,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "calibration";
-constexpr double kKnown = 100, kLargestSlipPx = 0.05, kLargestOutlierShare = 0.35;
-constexpr double kLeastChi2 = 0.7, kMostChi2 = 1.5;
-constexpr double kChance = 4;  // standard deviations
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kPlanesKnown = 100, kLargestPlaneSlipPx = 0.05, kLargestPlaneOutlierShare = 0.35;
+constexpr double kLeastPlaneChi2 = 0.7, kMostPlaneChi2 = 1.5;
+constexpr double kPlaneChance = 4;  // standard deviations
+constexpr double kOneDegree = std::numbers::pi / 180;
 constexpr const char* kRings =
     "photograph every plane from 12 positions on two rings, the outer one as far off the axis as "
     "it is seen from (9 degrees), and the whole sheet from each";
@@ -47,14 +46,14 @@ VarifocalObservations Sorted(VarifocalObservations observations) {
 
 void CheckPlanes(const VarifocalObservations& observations, const Display& display) {
   if (!display.varifocal) {
-    throw UsageError(kWhere, fmt::format("display {} has no [varifocal] planes", display.name),
+    throw UsageError(kSolveWhere, fmt::format("display {} has no [varifocal] planes", display.name),
                      "give the file of the varifocal display that was photographed");
   }
   const int num_planes = static_cast<int>(display.layers.size());
   std::set<int> seen;
   for (const PlanePhoto& photo : observations.photos) {
     if (photo.plane < 0 || photo.plane >= num_planes) {
-      throw UsageError(kWhere,
+      throw UsageError(kSolveWhere,
                        fmt::format("{} shows plane {}, display {} has {}", photo.photo, photo.plane,
                                    display.name, num_planes),
                        "give the display's own file");
@@ -63,13 +62,13 @@ void CheckPlanes(const VarifocalObservations& observations, const Display& displ
   }
   for (int plane = 0; plane < num_planes; ++plane) {
     if (seen.count(plane) > 0) continue;
-    throw InputError(kWhere, fmt::format("plane {} is in no photograph", plane),
+    throw InputError(kSolveWhere, fmt::format("plane {} is in no photograph", plane),
                      "photograph its pattern from the same positions as the others");
   }
 }
 
 // Of points that count, photographs of a plane or of a view.
-struct Sums {
+struct PlaneSums {
   int points = 0, used = 0;
   double squares_px2 = 0, chi2 = 0;
 
@@ -92,13 +91,13 @@ double VarianceOf(const VarifocalObservations& observations, std::size_t photo, 
 
 void Summarise(const VarifocalFit& fit, const VarifocalTask& task, VarifocalReport& report) {
   const VarifocalObservations& observations = task.observations;
-  std::vector<Sums> planes(task.planes.size()), views(observations.views.size());
+  std::vector<PlaneSums> planes(task.planes.size()), views(observations.views.size());
   const auto residuals = WhitenedResiduals(fit.state, task.planes, observations);
   const std::vector<VarifocalPhoto> photos = PhotosOf(observations);
   for (std::size_t i = 0; i < photos.size(); ++i) {
-    std::vector<Sums*> of = {&views[static_cast<std::size_t>(photos[i].view)]};
+    std::vector<PlaneSums*> of = {&views[static_cast<std::size_t>(photos[i].view)]};
     if (photos[i].plane >= 0) of.push_back(&planes[static_cast<std::size_t>(photos[i].plane)]);
-    for (Sums* sums : of) {
+    for (PlaneSums* sums : of) {
       for (std::size_t k = 0; k < photos[i].num_points; ++k) {
         ++sums->points;
         if (!fit.weighting.inlier[i][k]) continue;
@@ -188,7 +187,7 @@ double WidestAngleDeg(const VarifocalFit& fit, const VarifocalTask& task) {
     for (const Vector3d& b : directions)
       widest = std::max(widest, std::atan2(a.cross(b).norm(), a.dot(b)));
   }
-  return widest / kDegree;
+  return widest / kOneDegree;
 }
 
 void CopyResult(const VarifocalFit& fit, const VarifocalTask& task,
@@ -252,7 +251,7 @@ void CheckSeenTwice(const VarifocalFit& fit, const VarifocalTask& task, Varifoca
 }
 
 void CheckKnown(const VarifocalFit& fit, VarifocalReport& report) {
-  if (report.covariance.size() > 0 && report.degeneracy.smallest >= kKnown) return;
+  if (report.covariance.size() > 0 && report.degeneracy.smallest >= kPlanesKnown) return;
   const std::string names = NameOfDirection(report.degeneracy, fit.columns.common);
   const bool of_camera = names.find("camera") != std::string::npos;
   report.failures.push_back(
@@ -290,14 +289,15 @@ void CheckFits(const std::vector<FitOf>& fits, double expected_chi2, VarifocalRe
   for (const FitOf& fit : fits) {
     if (fit.num_points == 0) continue;
     const double share = 1 - static_cast<double>(fit.num_used) / fit.num_points;
-    if (share > kLargestOutlierShare) {
+    if (share > kLargestPlaneOutlierShare) {
       report.failures.push_back(
           {fmt::format("{}: {:.0f} % of its points disagree with the rest", fit.name, 100 * share),
            "look at the photographs that were left out and take them again"});
       continue;
     }
-    const double chance = kChance / std::sqrt(fit.num_used), relative = fit.chi2 / expected_chi2;
-    if (relative > kLeastChi2 - chance && relative < kMostChi2 + chance) continue;
+    const double chance = kPlaneChance / std::sqrt(fit.num_used),
+                 relative = fit.chi2 / expected_chi2;
+    if (relative > kLeastPlaneChi2 - chance && relative < kMostPlaneChi2 + chance) continue;
     report.failures.push_back(
         {fmt::format("how certain all is: {} fits with {:.2f} times the mean chi^2", fit.name,
                      relative),
@@ -307,11 +307,11 @@ void CheckFits(const std::vector<FitOf>& fits, double expected_chi2, VarifocalRe
 
 // What residuals say against a solution that would be certain enough.
 void CheckResiduals(VarifocalReport& report) {
-  if (report.slip_px > kLargestSlipPx) {
+  if (report.slip_px > kLargestPlaneSlipPx) {
     report.failures.push_back(
         {fmt::format("depths: photographs of one position are shifted against one another by "
                      "{:.3f} px ({} is the most): the camera does not stand still",
-                     report.slip_px, kLargestSlipPx),
+                     report.slip_px, kLargestPlaneSlipPx),
          "fix the camera, release it from afar, and take all positions again"});
   }
   double chi2 = 0, used = 0;
@@ -329,7 +329,7 @@ void CheckResiduals(VarifocalReport& report) {
 
 VarifocalReport CalibrateVarifocal(const VarifocalObservations& given, const Display& display,
                                    const CalibrateVarifocalOptions& options) {
-  Check(given, kWhere);
+  Check(given, kSolveWhere);
   VarifocalReport report;
   VarifocalTask task;
   task.observations = Sorted(WithPlacedViews(given, report.rejected));

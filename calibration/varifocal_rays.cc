@@ -12,7 +12,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kColumns = 7, kRows = 5, kNumbers = 9;  // of a plane: pose, magnification, bends
+constexpr int kPlaneColumns = 7, kPlaneRows = 5,
+              kPlaneNumbers = 9;  // of a plane: pose, magnification, bends
 
 // A plane in the frame.
 struct Plane {
@@ -34,8 +35,9 @@ struct Plane {
 };
 
 Vector2d PixelOf(const PanelCalibration& panel, int number) {
-  const int row = number / kColumns, column = number % kColumns;
-  return {column / (kColumns - 1.0) * panel.width_px, row / (kRows - 1.0) * panel.height_px};
+  const int row = number / kPlaneColumns, column = number % kPlaneColumns;
+  return {column / (kPlaneColumns - 1.0) * panel.width_px,
+          row / (kPlaneRows - 1.0) * panel.height_px};
 }
 
 // A plane's columns: 7, then bow and pincushion, -1 where they are held.
@@ -63,7 +65,7 @@ class PlaneSlopes {
  public:
   PlaneSlopes(const PanelCalibration& design, const PlaneState& state,
               const std::vector<int>& columns, const Eigen::MatrixXd& covariance) {
-    for (int k = 0; k < kNumbers; ++k) {
+    for (int k = 0; k < kPlaneNumbers; ++k) {
       const int column = columns[static_cast<std::size_t>(k)];
       if (column < 0) continue;
       numbers_.push_back(column);
@@ -101,7 +103,7 @@ double ChangeOfRays(const VarifocalState& a, const VarifocalState& b, const Vari
   for (std::size_t i = 0; i < task.planes.size(); ++i) {
     const Plane through(task.planes[i], a.planes[i]), met(task.planes[i], b.planes[i]);
     for (const Vector3d& eye : box.Eyes()) {
-      for (int k = 0; k < kColumns * kRows; ++k) {
+      for (int k = 0; k < kPlaneColumns * kPlaneRows; ++k) {
         const Vector2d pixel = PixelOf(through.panel, k);
         const auto seen = met.Seen(frame_from_display * eye, through.PointOf(pixel));
         if (!seen) continue;
@@ -124,7 +126,7 @@ RayUncertainty UncertaintyOfRays(const VarifocalFit& fit, const VarifocalTask& t
     const Plane plane(task.planes[i], state);
     const PlaneSlopes slopes(task.planes[i], state, ColumnsOf(fit.columns, i), covariance);
     for (const Vector3d& eye : box.Eyes()) {
-      for (int k = 0; k < kColumns * kRows; ++k) {
+      for (int k = 0; k < kPlaneColumns * kPlaneRows; ++k) {
         const Vector2d pixel = PixelOf(plane.panel, k);
         const auto variance = slopes.VarianceOf(frame_from_display * eye, plane.PointOf(pixel));
         if (!variance) continue;

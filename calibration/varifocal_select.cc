@@ -5,34 +5,23 @@
 
 #include <fmt/format.h>
 
+#include "calibration/held_out.h"
 #include "calibration/varifocal_rays.h"
 #include "calibration/varifocal_solve.h"
 
 namespace lamella {
 namespace {
 
-constexpr double kKnown = 100, kBenefitPx = 0.01, kHeldOutErrors = 2;
+constexpr double kBendKnown = 100, kBendBenefitPx = 0.01, kBendHeldOutErrors = 2;
 
-struct Candidate {
+struct BendCandidate {
   const char* name;
   bool VarifocalGroups::*group;
 };
-constexpr std::array kCandidates = {Candidate{"pincushion", &VarifocalGroups::pincushion},
-                                    Candidate{"bow", &VarifocalGroups::bow}};
+constexpr std::array kBends = {BendCandidate{"pincushion", &VarifocalGroups::pincushion},
+                               BendCandidate{"bow", &VarifocalGroups::bow}};
 
-// By how many standard errors the mean square falls, point by point.
-double GainInErrors(const std::vector<double>& before, const std::vector<double>& after) {
-  const auto num = static_cast<double>(before.size());
-  double mean = 0, squares = 0;
-  for (std::size_t i = 0; i < before.size(); ++i) mean += (before[i] - after[i]) / num;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    const double off = before[i] - after[i] - mean;
-    squares += off * off;
-  }
-  return squares > 0 ? mean / std::sqrt(squares / num / num) : 0;
-}
-
-GroupVerdict Compare(const Candidate& candidate, const VarifocalFit& fit,
+GroupVerdict Compare(const BendCandidate& candidate, const VarifocalFit& fit,
                      const VarifocalFit& larger, const VarifocalTask& task, const EyeBox& box) {
   GroupVerdict verdict;
   verdict.group = candidate.name;
@@ -46,18 +35,18 @@ GroupVerdict Compare(const Candidate& candidate, const VarifocalFit& fit,
   }
   const Degeneracy degeneracy = DegeneracyOf(larger);
   verdict.degeneracy = degeneracy.smallest;
-  if (!(degeneracy.smallest >= kKnown)) {
+  if (!(degeneracy.smallest >= kBendKnown)) {
     verdict.reason = fmt::format("the photographs do not carry it: with it free, {} is unknown",
                                  NameOfDirection(degeneracy, larger.columns.common));
     return verdict;
   }
   verdict.benefit_px = ChangeOfRays(fit.state, larger.state, task, box);
-  if (!(verdict.benefit_px > kBenefitPx)) {
+  if (!(verdict.benefit_px > kBendBenefitPx)) {
     verdict.reason = fmt::format("it changes rays by {:.4f} px only", verdict.benefit_px);
     return verdict;
   }
   verdict.heldout_gain = GainInErrors(HeldOutSquares(fit, task), HeldOutSquares(larger, task));
-  if (!(verdict.heldout_gain > kHeldOutErrors)) {
+  if (!(verdict.heldout_gain > kBendHeldOutErrors)) {
     verdict.reason = "views left out are not predicted better with it";
     return verdict;
   }
@@ -69,8 +58,8 @@ GroupVerdict Compare(const Candidate& candidate, const VarifocalFit& fit,
 
 // Frees the group that lowers chi^2 most, if it passes; whether one was freed.
 bool FreeBest(const VarifocalTask& task, const EyeBox& box, VarifocalSelection& selection) {
-  std::vector<std::pair<const Candidate*, VarifocalFit>> larger;
-  for (const Candidate& candidate : kCandidates) {
+  std::vector<std::pair<const BendCandidate*, VarifocalFit>> larger;
+  for (const BendCandidate& candidate : kBends) {
     VarifocalGroups free = selection.fit.free;
     if (std::exchange(free.*candidate.group, true)) continue;
     larger.emplace_back(&candidate, Refit(selection.fit, task, free));

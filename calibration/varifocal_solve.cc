@@ -15,13 +15,14 @@
 namespace lamella {
 namespace {
 
-constexpr double kLooseSlipPx = 0.3;
-constexpr std::size_t kEnough = 24;  // points of a photograph to find the way
+constexpr double kLoosePlaneSlipPx = 0.3;
+constexpr std::size_t kEnoughOfAPlane = 24;  // points of a photograph to find the way
 
-// At most about kEnough points of each photograph, evenly chosen.
+// At most about kEnoughOfAPlane points of each photograph, evenly chosen.
 VarifocalTask Thinned(const VarifocalTask& task) {
   const auto thin = [](auto& points) {
-    const std::size_t step = std::max<std::size_t>(1, (points.size() + kEnough - 1) / kEnough);
+    const std::size_t step =
+        std::max<std::size_t>(1, (points.size() + kEnoughOfAPlane - 1) / kEnoughOfAPlane);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < points.size(); i += step) points[kept++] = points[i];
     points.resize(kept);
@@ -92,7 +93,7 @@ void Settle(const VarifocalTask& task, VarifocalFit& fit) {
   fit.weighting.inlier.clear();
   fit.weighting.cauchy = 2 * RobustDeviation(ResidualsOf(fit.state, task));
   // Loosely held, so that a photograph that was shifted is not taken for one that disagrees.
-  fit.weighting.slip_sd_px = kLooseSlipPx;
+  fit.weighting.slip_sd_px = kLoosePlaneSlipPx;
   const VarifocalTask thinned = Thinned(task);
   Minimise(task.planes, fit.columns, thinned.observations, fit.weighting, {6, 1e-8, 1e-2},
            fit.state);
@@ -108,7 +109,7 @@ void Settle(const VarifocalTask& task, VarifocalFit& fit) {
   LeastSquares(task, 1e-14, fit);
 }
 
-constexpr int kFolds = 4;
+constexpr int kPlaneFolds = 4;
 
 // Whitened squares of every fourth view's points, predicted from the others.
 void AddFold(const VarifocalFit& fit, const VarifocalTask& task, int fold,
@@ -116,7 +117,7 @@ void AddFold(const VarifocalFit& fit, const VarifocalTask& task, int fold,
   const std::vector<VarifocalPhoto> photos = PhotosOf(task.observations);
   Weighting others = fit.weighting, left_out = fit.weighting;
   for (std::size_t i = 0; i < photos.size(); ++i) {
-    auto& unused = photos[i].view % kFolds == fold ? others.inlier[i] : left_out.inlier[i];
+    auto& unused = photos[i].view % kPlaneFolds == fold ? others.inlier[i] : left_out.inlier[i];
     unused.assign(unused.size(), 0);
   }
   VarifocalState state = fit.state;
@@ -193,7 +194,7 @@ Rigid DisplayFromFrame(const VarifocalState& state, const VarifocalTask& task) {
 
 std::vector<double> HeldOutSquares(const VarifocalFit& fit, const VarifocalTask& task) {
   std::vector<double> squares;
-  for (int fold = 0; fold < kFolds; ++fold) AddFold(fit, task, fold, squares);
+  for (int fold = 0; fold < kPlaneFolds; ++fold) AddFold(fit, task, fold, squares);
   return squares;
 }
 

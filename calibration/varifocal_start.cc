@@ -19,8 +19,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr const char* kWhere = "calibration";
-
 Camera CameraOfView(const VarifocalState& state, const VarifocalObservations& observations,
                     const VarifocalView& view) {
   const auto number = static_cast<std::size_t>(view.camera);
@@ -104,7 +102,7 @@ Rigid PoseOf(const VarifocalView& view, const Camera& camera) {
   if (!homography) return {};  // left out already
   Rigid camera_from_frame = PoseOfHomography(*homography);
   if (Centre(camera_from_frame).z() > 0) return camera_from_frame;
-  throw InputError(kWhere, fmt::format("the marks of view {} are mirrored", view.name),
+  throw InputError(kSolveWhere, fmt::format("the marks of view {} are mirrored", view.name),
                    "number the sheet's marks with x to the right and y up, as they are printed");
 }
 
@@ -142,9 +140,9 @@ Vector3d Meeting(const Vector3d& a, const Vector3d& along_a, const Vector3d& b,
   return (a + far(0) * along_a + b + far(1) * along_b) / 2;
 }
 
-using Grid = Eigen::Matrix<double, 3, 9>;  // points of a plane, z = 0
+using PlaneGrid = Eigen::Matrix<double, 3, 9>;  // points of a plane, z = 0
 
-Similarity PlaneFrom(const PlaneSight& a, const PlaneSight& b, const Grid& grid) {
+Similarity PlaneFrom(const PlaneSight& a, const PlaneSight& b, const PlaneGrid& grid) {
   Eigen::Matrix3Xd met(3, 9);
   for (int i = 0; i < 9; ++i) {
     const Vector2d at = grid.col(i).head<2>();
@@ -155,7 +153,8 @@ Similarity PlaneFrom(const PlaneSight& a, const PlaneSight& b, const Grid& grid)
 }
 
 // RMS between where a plane's points should be seen and where they are, normalised coordinates.
-double Disagreement(const PlaneSight& sight, const Similarity& frame_from_plane, const Grid& grid) {
+double Disagreement(const PlaneSight& sight, const Similarity& frame_from_plane,
+                    const PlaneGrid& grid) {
   double sum = 0;
   for (int i = 0; i < 9; ++i) {
     const Vector3d point = sight.camera_from_frame * (frame_from_plane * Vector3d(grid.col(i)));
@@ -167,7 +166,7 @@ double Disagreement(const PlaneSight& sight, const Similarity& frame_from_plane,
 }
 
 // The plane of two views' lines that most views agree with.
-Similarity PlaneOf(const std::vector<PlaneSight>& sights, const Grid& grid) {
+Similarity PlaneOf(const std::vector<PlaneSight>& sights, const PlaneGrid& grid) {
   Similarity best;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t a = 0; a < sights.size(); ++a) {
@@ -187,7 +186,7 @@ Similarity PlaneOf(const std::vector<PlaneSight>& sights, const Grid& grid) {
 }
 
 // Over the bounding box of all points that photographs show of it.
-Grid GridOf(const std::vector<const PlanePhoto*>& photos, const PanelCalibration& panel) {
+PlaneGrid GridOf(const std::vector<const PlanePhoto*>& photos, const PanelCalibration& panel) {
   Vector2d low = Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const PlanePhoto* photo : photos) {
     for (const Observation& point : photo->points) {
@@ -196,7 +195,7 @@ Grid GridOf(const std::vector<const PlanePhoto*>& photos, const PanelCalibration
       high = high.cwiseMax(at);
     }
   }
-  Grid grid = Grid::Zero();
+  PlaneGrid grid = PlaneGrid::Zero();
   for (int i = 0; i < 9; ++i) {
     const int row = i / 3;
     const Vector2d share(i % 3 / 2.0, row / 2.0);
@@ -220,7 +219,7 @@ PlaneState StartOf(int number, const PanelCalibration& panel,
   }
   if (sights.size() < 2) {
     throw InputError(
-        kWhere,
+        kSolveWhere,
         fmt::format("plane {} is seen from {} camera position{} with enough points: its depth "
                     "can't be told from its magnification",
                     number, sights.size(), sights.size() == 1 ? "" : "s"),
@@ -229,7 +228,7 @@ PlaneState StartOf(int number, const PanelCalibration& panel,
   const Similarity plane = PlaneOf(sights, GridOf(photos, panel));
   if (!(plane.rotation(2, 2) > 0)) {
     throw InputError(
-        kWhere,
+        kSolveWhere,
         fmt::format("plane {} is mirrored in its photographs, in the display's file it "
                     "is the other way round",
                     number),
@@ -261,7 +260,7 @@ VarifocalObservations WithPlacedViews(const VarifocalObservations& observations,
     return !known[static_cast<std::size_t>(photo.view)];
   });
   if (!placed.photos.empty()) return placed;
-  throw InputError(kWhere,
+  throw InputError(kSolveWhere,
                    "no view shows the frame's printed marks and no pose is given: nothing gives "
                    "lengths, a plane's size goes with its distance",
                    "fix a printed sheet of markers to the frame and photograph it from every "

@@ -21,17 +21,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kCells = kGainColumns * kGainRows;
+constexpr int kGainCells = kGainColumns * kGainRows;
 constexpr int kVignettingTerms = 3;
 constexpr int kLeastViews = 3;
-constexpr double kRelativeError = 1e-3;
+constexpr double kRelativeWhiteError = 1e-3;
 constexpr double kMostFalloffSd = 0.1, kMostGainSd = 0.01;
 
-// Columns: the vignetting's terms, then per layer its fall-off and its cells.
-struct Columns {
+// EvennessColumns: the vignetting's terms, then per layer its fall-off and its cells.
+struct EvennessColumns {
   int num_layers;
-  Index size() const { return kVignettingTerms + num_layers * (1 + kCells); }
-  Index Falloff(int layer) const { return kVignettingTerms + layer * Index{1 + kCells}; }
+  Index size() const { return kVignettingTerms + num_layers * (1 + kGainCells); }
+  Index Falloff(int layer) const { return kVignettingTerms + layer * Index{1 + kGainCells}; }
   Index Cell(int layer, int cell) const { return Falloff(layer) + 1 + cell; }
 };
 
@@ -49,7 +49,7 @@ std::array<std::pair<int, double>, 4> WeightsAt(double x, double y) {
            {cell + kGainColumns + 1, s * t}}};
 }
 
-VectorXd RowOf(const WhiteReading& reading, const Columns& columns) {
+VectorXd RowOf(const WhiteReading& reading, const EvennessColumns& columns) {
   VectorXd row = VectorXd::Zero(columns.size());
   double power = 1;
   for (Index i = 0; i < kVignettingTerms; ++i) row(i) = power *= reading.radius2;
@@ -77,23 +77,23 @@ void CheckViews(const std::vector<WhiteReading>& readings, int num_layers,
   }
 }
 
-LayerEvenness LayerOf(const VectorXd& solution, const MatrixXd& covariance, const Columns& columns,
-                      int layer) {
+LayerEvenness LayerOf(const VectorXd& solution, const MatrixXd& covariance,
+                      const EvennessColumns& columns, int layer) {
   LayerEvenness of;
   of.gains = {kGainColumns, kGainRows, {}};
   of.falloff = solution(columns.Falloff(layer));
   of.falloff_sd = std::sqrt(covariance(columns.Falloff(layer), columns.Falloff(layer)));
   double sum = 0;
-  for (int cell = 0; cell < kCells; ++cell) {
+  for (int cell = 0; cell < kGainCells; ++cell) {
     of.gains.gains.push_back(std::exp(solution(columns.Cell(layer, cell))));
     sum += of.gains.gains.back();
   }
-  for (double& gain : of.gains.gains) gain *= kCells / sum;
+  for (double& gain : of.gains.gains) gain *= kGainCells / sum;
   // Against the layer's mean: its own level is no matter of evenness.
   const Index first = columns.Cell(layer, 0);
-  const MatrixXd block = covariance.block(first, first, kCells, kCells);
+  const MatrixXd block = covariance.block(first, first, kGainCells, kGainCells);
   const VectorXd means = block.rowwise().mean();
-  for (Index cell = 0; cell < kCells; ++cell) {
+  for (Index cell = 0; cell < kGainCells; ++cell) {
     const double variance = block(cell, cell) - 2 * means(cell) + means.mean();
     of.largest_gain_sd = std::max(of.largest_gain_sd, std::sqrt(std::max(0.0, variance)));
   }
@@ -102,16 +102,17 @@ LayerEvenness LayerOf(const VectorXd& solution, const MatrixXd& covariance, cons
 
 double WeightOf(const WhiteReading& reading) {
   const double relative = reading.variance / (reading.light * reading.light);
-  return 1 / (relative + kRelativeError * kRelativeError);
+  return 1 / (relative + kRelativeWhiteError * kRelativeWhiteError);
 }
 
-struct Solved {
+struct SolvedEvenness {
   VectorXd solution;
   MatrixXd covariance;
   double rms = 0;
 };
 
-Solved Solve(const std::vector<WhiteReading>& readings, const Columns& columns) {
+SolvedEvenness SolveEvenness(const std::vector<WhiteReading>& readings,
+                             const EvennessColumns& columns) {
   MatrixXd information = MatrixXd::Zero(columns.size(), columns.size());
   VectorXd right = VectorXd::Zero(columns.size());
   for (const WhiteReading& reading : readings) {
@@ -122,8 +123,8 @@ Solved Solve(const std::vector<WhiteReading>& readings, const Columns& columns) 
   // What nothing is known of gets a large deviation rather than none.
   information.diagonal().array() += 1e-2;
   const Eigen::LDLT<MatrixXd> factors(information);
-  Solved solved{factors.solve(right),
-                factors.solve(MatrixXd::Identity(columns.size(), columns.size())), 0};
+  SolvedEvenness solved{factors.solve(right),
+                        factors.solve(MatrixXd::Identity(columns.size(), columns.size())), 0};
   double squares = 0, chi2 = 0;
   for (const WhiteReading& reading : readings) {
     const double residual = std::log(reading.light) - RowOf(reading, columns).dot(solved.solution);
@@ -161,8 +162,8 @@ Evenness FitEvenness(const std::vector<WhiteReading>& readings, int num_layers,
   std::vector<WhiteReading> usable;
   std::copy_if(readings.begin(), readings.end(), std::back_inserter(usable),
                [](const WhiteReading& r) { return r.light > 0 && r.cosine > 0; });
-  const Columns columns{num_layers};
-  const Solved solved = Solve(usable, columns);
+  const EvennessColumns columns{num_layers};
+  const SolvedEvenness solved = SolveEvenness(usable, columns);
   Evenness evenness;
   evenness.vignetting.assign(solved.solution.data(), solved.solution.data() + kVignettingTerms);
   evenness.rms = solved.rms;

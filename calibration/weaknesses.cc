@@ -14,7 +14,7 @@
 namespace lamella {
 namespace {
 
-constexpr double kKnown = 100;
+constexpr double kWellKnown = 100;
 
 // The photograph that would settle a parameter, by what its name speaks of.
 std::string CureFor(const std::string& names) {
@@ -113,7 +113,7 @@ std::vector<Weakness> UnknownDirections(const Fit& fit) {
   std::vector<Weakness> weaknesses;
   for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
     const double value = eigen.eigenvalues()(i) / std::max(1.0, fit.variance);
-    if (value >= kKnown) break;
+    if (value >= kWellKnown) break;
     const std::string names = NameOfDirection({value, eigen.eigenvectors().col(i)}, fit.columns);
     const auto same = [&](const Weakness& other) { return other.lost == names; };
     if (std::any_of(weaknesses.begin(), weaknesses.end(), same)) continue;

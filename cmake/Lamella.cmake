@@ -31,3 +31,10 @@ function(lamella_library name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/lamella>)
   target_link_libraries(lamella_${name} PRIVATE $<BUILD_INTERFACE:lamella_flags>)
 endfunction()
+
+# lamella_own_units(sources...): where sources share a unit (CMAKE_UNITY_BUILD in the presets), these
+# don't: kernels that Highway compiles once per instruction set include themselves again, and a
+# replaced operator new is for the linker only.
+function(lamella_own_units)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRadians = std::numbers::pi / 180;
+constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 class Deviations {
  public:
@@ -50,7 +50,7 @@ double Rescaled(double scale, double share) { return (1 + scale) * (1 + share) -
 
 void MisalignEmitter(const Misalignment& by, Deviations& random, LayerCalibration& layer) {
   if (by.most_gap_mm > 0) layer.gap_mm = random.Between(by.least_gap_mm, by.most_gap_mm);
-  const double turn = by.turn_deg * kRadians, rise = layer.gap_mm / 3;
+  const double turn = by.turn_deg * kRadiansPerDegree, rise = layer.gap_mm / 3;
   const double half_width = layer.emitter.pitch_mm * layer.emitter.width_px / 2;
   const double half_height = layer.emitter.pitch_mm * layer.emitter.height_px / 2;
   for (double& offset : layer.offset_mm) offset += random.Within(by.shift_mm);
@@ -60,7 +60,8 @@ void MisalignEmitter(const Misalignment& by, Deviations& random, LayerCalibratio
 }
 
 void MisalignStack(const Misalignment& by, Deviations& random, LayerCalibration& layer) {
-  const Vector3d shift = random.Vector(by.shift_mm), turn = random.Vector(by.turn_deg * kRadians);
+  const Vector3d shift = random.Vector(by.shift_mm),
+                 turn = random.Vector(by.turn_deg * kRadiansPerDegree);
   Rigid& pose = layer.display_from_stack;
   pose.translation += shift;
   pose.rotation =

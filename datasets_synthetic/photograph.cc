@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kTileRows = 16;
+constexpr int kPhotographRows = 16;
 
 struct Sampling {
   int rays_per_pixel = 1;   // and axis
@@ -138,7 +138,7 @@ Rgb Supersampled(const CameraRays& fine, int x, int y, int n, Image<RaySample>* 
 Image<RaySample> Pinhole(const CameraRays& rays, const Camera& camera, Image<float>* depth) {
   Image<RaySample> samples(camera.width, camera.height);
   *depth = Image<float>(camera.width, camera.height);
-  ParallelFor(0, camera.height, kTileRows, [&](std::int64_t first, std::int64_t last) {
+  ParallelFor(0, camera.height, kPhotographRows, [&](std::int64_t first, std::int64_t last) {
     const Rect rows{0, static_cast<int>(first), camera.width, static_cast<int>(last - first)};
     rays.Query(rows, samples.span().Sub(rows));
     rays.QueryDepth(rows, depth->span().Sub(rows));
@@ -182,7 +182,7 @@ Photograph TakePhotograph(const SceneSource& scene, const Camera& camera,
   const int n = std::max(1, supersampling);
   const CameraRays fine(scene, camera, camera_from_world, {.rays_per_pixel = n});
   photograph.color = Image<Rgb>(camera.width, camera.height);
-  ParallelFor(0, camera.height, kTileRows, [&](std::int64_t first, std::int64_t last) {
+  ParallelFor(0, camera.height, kPhotographRows, [&](std::int64_t first, std::int64_t last) {
     Image<RaySample> buffer(n, n);
     for (int y = static_cast<int>(first); y < last; ++y) {
       for (int x = 0; x < camera.width; ++x) {
@@ -212,7 +212,7 @@ Photograph TakePhotograph(const SceneSource& scene, const Camera& camera,
         Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized())),
         time * shutter.motion};
     const CameraRays rays(scene, camera, Inverse(world_from_middle * middle_from_now), sampling);
-    ParallelFor(0, camera.height, kTileRows, [&](std::int64_t first, std::int64_t last) {
+    ParallelFor(0, camera.height, kPhotographRows, [&](std::int64_t first, std::int64_t last) {
       const Rect rows{0, static_cast<int>(first), camera.width, static_cast<int>(last - first)};
       Image<RaySample> samples(rows.width, rows.height);
       rays.Query(rows, samples.span());

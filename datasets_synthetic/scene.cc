@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 // Packets are squares of neighbours, whose rays stay together longest.
 constexpr int kTile = 4;
 static_assert(kTile * kTile == kPacketRays);
@@ -42,8 +42,8 @@ void ForTiles(const RayBundle& bundle, const Rect& rectangle, const Body& body) 
   const bool from_point = bundle.centre.w() != 0;
   RayPacket packet;
   for (int i = 0; i < kPacketRays; ++i) {
-    packet.t_min[i] = from_point ? 0 : -kInfinity;
-    packet.t_max[i] = kInfinity;
+    packet.t_min[i] = from_point ? 0 : -kUnbounded;
+    packet.t_max[i] = kUnbounded;
     for (int axis = 0; axis < 3; ++axis) {
       packet.origin[axis][i] = bundle.centre(axis);
       packet.direction[axis][i] = -bundle.centre(axis);
@@ -178,7 +178,7 @@ void SceneSource::QueryDepth(const RayBundle& bundle, const Rect& rectangle,
     embree_.FirstHits(packet, &hits);
     for (int i = 0; i < kPacketRays; ++i) {
       if (packet.active[i] == 0) continue;
-      const double found = hits.surface[i] < 0 ? kInfinity : hits.t[i];
+      const double found = hits.surface[i] < 0 ? kUnbounded : hits.t[i];
       t(x + i % kTile, y + i / kTile) = static_cast<float>(found);
     }
   });

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "lightfield/median.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -46,12 +47,6 @@ std::optional<Rgb> SameSurface(const SourceView& b, const Eigen::Matrix4d& b_fro
     return std::nullopt;
   }
   return color_b(static_cast<int>(u), static_cast<int>(v));
-}
-
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 PairRatio Compare(const std::vector<SourceView>& views,

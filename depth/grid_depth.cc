@@ -13,14 +13,14 @@ namespace lamella {
 namespace {
 
 // Costs are 6 times a sample (grid_cost.h): penalties of 8 and 60 of 254.
-constexpr SgmPenalties kPenalties{.p1 = 6, .p2 = 45, .p2_contrast = 0};
+constexpr SgmPenalties kGridPenalties{.p1 = 6, .p2 = 45, .p2_contrast = 0};
 
 constexpr int kCoarseFactor = 4;
-constexpr int kMinCoarseSize = 32;    // px
-constexpr double kCoarseStep = 1.5;   // of the full estimate's
-constexpr int kSureUniqueness = 64;   // of 255
-constexpr double kOutliers = 0.0005;  // share of sure pixels beyond either end of the range
-constexpr double kMargin = 0.5;       // coarse labels by which the range is widened
+constexpr int kMinCoarseSize = 32;        // px
+constexpr double kCoarseStep = 1.5;       // of the full estimate's
+constexpr int kSureGridUniqueness = 64;   // of 255
+constexpr double kGridOutliers = 0.0005;  // share of sure pixels beyond either end of the range
+constexpr double kMargin = 0.5;           // coarse labels by which the range is widened
 
 Image<Rgb8> Shrunk(const Image<Rgb8>& image, int factor) {
   Image<Rgb8> small(image.width() / factor, image.height() / factor);
@@ -67,7 +67,7 @@ LabelMap MatchView(const std::vector<View>& views, int reference, const GridArms
   const std::vector<GridArm> sources = ArmsOfImages(views, reference, arms, images, keep);
   CostVolume cost = GridCost(image, sources, labels, std::move(memory.costs));
   const Image<std::uint8_t> guide(image.width(), image.height());  // the jump penalty is constant
-  LabelMap map = SemiGlobalMatch(cost, guide.span(), kPenalties, memory.paths);
+  LabelMap map = SemiGlobalMatch(cost, guide.span(), kGridPenalties, memory.paths);
   memory.costs = std::move(cost.costs);
   return map;
 }
@@ -111,7 +111,7 @@ DisparityLabels LabelsOver(const Span& range, double step) {
 std::vector<double> SureDisparities(const LabelMap& map, const DisparityLabels& labels) {
   std::vector<double> sure;
   for (std::size_t i = 0; i < map.label.size(); ++i) {
-    if (map.uniqueness.data()[i] >= kSureUniqueness) {
+    if (map.uniqueness.data()[i] >= kSureGridUniqueness) {
       sure.push_back(labels.Disparity(static_cast<double>(map.label.data()[i]) / kSubLabels));
     }
   }
@@ -146,7 +146,7 @@ Span MeasureRange(const std::vector<View>& views, const LoadPhotograph& load,
   const double margin = kMargin * step * factor;
   if (sure.empty()) return {-margin, margin};  // nothing to see: any depth is as good
   std::sort(sure.begin(), sure.end());
-  const auto outliers = static_cast<std::size_t>(kOutliers * static_cast<double>(sure.size()));
+  const auto outliers = static_cast<std::size_t>(kGridOutliers * static_cast<double>(sure.size()));
   return {sure[outliers] - margin, sure[sure.size() - 1 - outliers] + margin};
 }
 

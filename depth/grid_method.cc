@@ -14,7 +14,7 @@
 namespace lamella {
 namespace {
 
-constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
+constexpr std::size_t kGridCacheBytes = std::size_t{256} << 20;
 // One surface, and what is averaged, in label steps (0.15 and 0.075 px at steps of 0.065).
 constexpr double kAgreeSteps = 2.3, kMergeSteps = 1.15;
 
@@ -110,8 +110,8 @@ class GridMethod final : public DepthMethod {
  private:
   std::size_t Capacity(std::size_t bytes_per_pixel) const {
     const Camera& camera = views_.front().camera;
-    return kCacheBytes / (bytes_per_pixel * static_cast<std::size_t>(camera.width) *
-                          static_cast<std::size_t>(camera.height));
+    return kGridCacheBytes / (bytes_per_pixel * static_cast<std::size_t>(camera.width) *
+                              static_cast<std::size_t>(camera.height));
   }
 
   const std::vector<View>& views_;

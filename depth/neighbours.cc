@@ -8,6 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "lightfield/median.h"
+
 namespace lamella {
 namespace {
 
@@ -20,13 +22,6 @@ constexpr double kLeastParallax = 1;     // px, of the whole range up to infinit
 constexpr double kOtherSideShare = 0.1;  // of the best score, for a turn of the other side
 constexpr int kRaysPerAxis = 4;          // of the stand-in points of a view
 constexpr double kSpacingsAway = 10;     // depth of stand-in points where views don't converge
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Vector3d Forward(const View& view) {
   return view.camera_from_world.rotation.conjugate() * Vector3d(0, 0, 1);

@@ -19,6 +19,7 @@
 #include "depth/sight.h"
 #include "depth/target_depth.h"
 #include "lightfield/error.h"
+#include "lightfield/median.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -57,12 +58,6 @@ Eigen::Vector3d MeanCentre(const std::vector<DepthView>& views) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const DepthView& v : views) sum += Centre(v.view.camera_from_world);
   return sum / static_cast<double>(views.size());
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // The median finite depth of a view; nothing known: 1.

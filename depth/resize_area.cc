@@ -10,17 +10,17 @@ namespace lamella {
 namespace {
 
 // The old pixels first .. first + weights.size() - 1 that a new one covers, and their shares.
-struct Cover {
+struct Covered {
   int first = 0;
   std::vector<float> weights;  // sum 1
 };
 
-std::vector<Cover> Covers(int from, int to) {
-  std::vector<Cover> covers(static_cast<std::size_t>(to));
+std::vector<Covered> Covers(int from, int to) {
+  std::vector<Covered> covers(static_cast<std::size_t>(to));
   const double step = static_cast<double>(from) / to;
   for (int i = 0; i < to; ++i) {
     const double begin = i * step, end = (i + 1) * step;
-    Cover& cover = covers[static_cast<std::size_t>(i)];
+    Covered& cover = covers[static_cast<std::size_t>(i)];
     cover.first = std::min(static_cast<int>(begin), from - 1);
     const int last = std::clamp(static_cast<int>(std::ceil(end)) - 1, cover.first, from - 1);
     for (int j = cover.first; j <= last; ++j) {
@@ -40,20 +40,20 @@ Image<Rgb> ResizeArea(ImageSpan<const Rgb> image, int width, int height) {
 
 Image<Rgb> ResizeArea(int image_width, int image_height, const RowOf& row_of, int width,
                       int height) {
-  const std::vector<Cover> columns = Covers(image_width, width);
-  const std::vector<Cover> rows = Covers(image_height, height);
+  const std::vector<Covered> columns = Covers(image_width, width);
+  const std::vector<Covered> rows = Covers(image_height, height);
   Image<Rgb> resized(width, height);
   ParallelFor(0, height, 16, [&](std::int64_t first, std::int64_t last) {
     std::vector<Rgb> line(static_cast<std::size_t>(image_width)), buffer(line.size());
     for (std::int64_t y = first; y < last; ++y) {
-      const Cover& row = rows[static_cast<std::size_t>(y)];
+      const Covered& row = rows[static_cast<std::size_t>(y)];
       std::fill(line.begin(), line.end(), Rgb());
       for (std::size_t j = 0; j < row.weights.size(); ++j) {
         const Rgb* from = row_of(row.first + static_cast<int>(j), buffer.data());
         for (std::size_t x = 0; x < line.size(); ++x) line[x] += row.weights[j] * from[x];
       }
       for (int x = 0; x < width; ++x) {
-        const Cover& column = columns[static_cast<std::size_t>(x)];
+        const Covered& column = columns[static_cast<std::size_t>(x)];
         Rgb sum;
         for (std::size_t j = 0; j < column.weights.size(); ++j) {
           sum += column.weights[j] * line[static_cast<std::size_t>(column.first) + j];

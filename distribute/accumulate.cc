@@ -16,8 +16,6 @@ namespace {
 // more threads busy.
 constexpr int kBandRows = 32;
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
-
 // The overlaps along y of some emitter rows of a layer, by their first sample: so each row of
 // samples is needed once.
 struct Band {

@@ -15,14 +15,6 @@ namespace {
 constexpr int kEnclosingStep = 64;     // rows and columns that stand for those between
 constexpr double kEnclosingWidth = 3;  // of emitters, so that one more direction is enclosed
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
-
-AxisBeam Downwards(AxisBeam beam) {
-  beam.element_mm = -beam.element_mm;
-  beam.emitter_mm = -beam.emitter_mm;
-  return beam;
-}
-
 // Appends the beams of an emitter, or of its three sub-pixels.
 void AddBeams(const CalibratedMap& map, const Display& display, int layer, int slot, int column,
               int row, RowOfBeams& beams) {

@@ -12,11 +12,9 @@
 namespace lamella {
 namespace {
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
-
 // By how much of itself a beam's width may change from plane to plane.
 constexpr double kWidening = 0.5;
-constexpr double kNearest = 0.5, kFarthest = -1;  // planes, in viewing distances
+constexpr double kNearestPlane = 0.5, kFarthestPlane = -1;  // planes, in viewing distances
 
 struct BeamOfLayer {
   AxisBeam beam;
@@ -163,12 +161,12 @@ std::vector<double> BlurPlanes(const Display& display, const std::vector<LayerBe
   const double back = display.layers.front().position_mm;
   std::vector<double> planes{back};
   if (of_layers.empty()) return planes;  // nothing is lit
-  while (planes.back() > kFarthest * display.viewing_distance_mm) {
+  while (planes.back() > kFarthestPlane * display.viewing_distance_mm) {
     planes.push_back(planes.back() - StepMm(of_layers, planes.back()));
   }
   std::reverse(planes.begin(), planes.end());
   const double nearest =
-      std::max(kNearest * display.viewing_distance_mm, display.layers.back().position_mm);
+      std::max(kNearestPlane * display.viewing_distance_mm, display.layers.back().position_mm);
   while (planes.back() < nearest) {
     planes.push_back(std::min(planes.back() + StepMm(of_layers, planes.back()), nearest));
   }

@@ -24,8 +24,6 @@ namespace {
 constexpr float kLeastCoverage = 1e-5F;
 constexpr double kGib = 1073741824;
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
-
 Kernel KernelOf(const std::string& name) {
   return name == "lens" ? Kernel::kLens : name == "ray" ? Kernel::kRay : Kernel::kBeam;
 }

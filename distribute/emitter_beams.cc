@@ -26,12 +26,6 @@ void Idealise(LayerBeams& beams, double distance_mm) {
   for (EmitterBeam& row : beams.rows) move(row.beam, -1);
 }
 
-AxisBeam Downwards(AxisBeam beam) {
-  beam.element_mm = -beam.element_mm;
-  beam.emitter_mm = -beam.emitter_mm;
-  return beam;
-}
-
 LayerBeams BarrierBeams(const RayMap& map, int first_row, int end_row) {
   LayerBeams beams;
   beams.columns.resize(1);
@@ -113,6 +107,12 @@ LayerBeams EnclosingLenticularBeams(const LenticularMap& map, int columns, int r
 }
 
 }  // namespace
+
+AxisBeam Downwards(AxisBeam beam) {
+  beam.element_mm = -beam.element_mm;
+  beam.emitter_mm = -beam.emitter_mm;
+  return beam;
+}
 
 bool HasRowFamilies(const Layer& layer) { return std::holds_alternative<Lenticular>(layer.optics); }
 

@@ -9,6 +9,9 @@
 
 namespace lamella {
 
+// Numbers of rows, nodes and layers are ints; containers count otherwise.
+inline std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
 // One axis of an emitter's beam, in the direction of rising indices: along y downwards, against the
 // display's y.
 struct EmitterBeam {
@@ -35,6 +38,9 @@ enum class Directions {
   kTrue,   // those that the emitters really have
   kIdeal,  // the unrounded window's, as the paper has it: pictures jump where the rounding steps
 };
+
+// Of a row: the beam whose axis runs down the display, as rows are counted, not up.
+AxisBeam Downwards(AxisBeam beam);
 
 // Of the rows [first_row, end_row).
 LayerBeams BeamsOf(const Display& display, int layer, int first_row, int end_row,

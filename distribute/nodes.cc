@@ -9,8 +9,6 @@
 namespace lamella {
 namespace {
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
-
 AimRange AllAims(const Display& display, const std::vector<LayerBeams>& beams, bool rows,
                  const AimPlane& aim, Kernel kernel) {
   AimRange all{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};

@@ -87,7 +87,7 @@ Picture PictureOf(const DirectionLattice& lattice, const Image<float>& grey, int
 }
 
 // Lights the emitter of lens i. Tasks own directions, so no two write one emitter's bits.
-void Light(const Picture& picture, std::size_t i, Image<std::uint32_t>& stroke) {
+void LightUp(const Picture& picture, std::size_t i, Image<std::uint32_t>& stroke) {
   stroke.data()[picture.emitters().data()[i]] |= 1U << static_cast<unsigned>(picture.plane);
 }
 
@@ -123,7 +123,7 @@ void Ordered(const Picture& picture, std::vector<Image<std::uint32_t>>& strokes)
     const auto start = static_cast<std::size_t>(times.data()[i] * static_cast<float>(count));
     for (std::size_t t = 0; t < count; ++t) {
       const auto step = static_cast<float>(order[(t + start) % count]);
-      if (wanted > step + picture.noise.data()[i]) Light(picture, i, strokes[t]);
+      if (wanted > step + picture.noise.data()[i]) LightUp(picture, i, strokes[t]);
     }
   }
 }
@@ -135,7 +135,7 @@ void SigmaDeltaStrokes(const Picture& picture, std::vector<Image<std::uint32_t>>
     const auto grey = static_cast<double>(picture.grey.data()[i]);
     if (!(grey > 0)) continue;
     for (Image<std::uint32_t>& stroke : strokes) {
-      if (SigmaDelta(grey, sums.data()[i])) Light(picture, i, stroke);
+      if (SigmaDelta(grey, sums.data()[i])) LightUp(picture, i, stroke);
     }
   }
 }
@@ -179,7 +179,7 @@ void Spread(const Picture& picture, std::size_t i, int on, float start,
     sum += on;
     if (sum < count) continue;
     sum -= count;
-    Light(picture, i, stroke);
+    LightUp(picture, i, stroke);
   }
 }
 

@@ -13,8 +13,8 @@
 namespace lamella {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kQuantile = 0.01;
+constexpr double kUnboundedMm = std::numeric_limits<double>::infinity();
+constexpr double kRangeQuantile = 0.01;
 
 std::optional<double> ParseNumber(std::string_view text) {
   while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
@@ -56,7 +56,7 @@ Hyperbola Similar(const DepthRange& range, double distance) {
 
 // The focus to 0, near and far within the budget.
 Hyperbola FromFocus(const DepthRange& range, double focus, double distance, double budget) {
-  double a = kInfinity;
+  double a = kUnboundedMm;
   if (range.near < focus) {
     a = std::min(a, (1 / (distance - budget) - 1 / distance) / (1 / range.near - 1 / focus));
   }
@@ -141,7 +141,7 @@ class BundlePlacer {
     if (bundle.dx.z() != 0 || bundle.dy.z() != 0) {
       throw std::invalid_argument("a placed bundle's plane must be parallel to z = 0");
     }
-    const double furthest = placement_.b > 0 ? 1 / placement_.b : kInfinity;  // Z' of infinity
+    const double furthest = placement_.b > 0 ? 1 / placement_.b : kUnboundedMm;  // Z' of infinity
     const double z = bundle.origin.z();
     if (placement_.viewing_distance_mm - z < 0.999 * furthest) return bundle;
     RayBundle moved = bundle;
@@ -285,7 +285,7 @@ std::vector<OptionField> Describe(PlacementOptions& o) {
 }
 
 double Placement::ZFromDepth(double depth) const {
-  if (std::isinf(depth)) return b > 0 ? viewing_distance_mm - 1 / b : -kInfinity;
+  if (std::isinf(depth)) return b > 0 ? viewing_distance_mm - 1 / b : -kUnboundedMm;
   return viewing_distance_mm - depth / (a + b * depth);
 }
 
@@ -317,12 +317,12 @@ DepthRange DepthRangeOf(std::vector<double> inverse_depths) {
     std::nth_element(inverse_depths.begin(), inverse_depths.begin() + rank, inverse_depths.end());
     return inverse_depths[static_cast<std::size_t>(rank)];
   };
-  const double near = inverse_depths.empty() ? 0 : quantile(1 - kQuantile);
+  const double near = inverse_depths.empty() ? 0 : quantile(1 - kRangeQuantile);
   if (!(near > 0)) {
     throw InputError("depth", "no known depth of the capture is finite",
                      "give the range with --depth-range NEAR,FAR");
   }
-  return {1 / near, 1 / quantile(kQuantile)};
+  return {1 / near, 1 / quantile(kRangeQuantile)};
 }
 
 DepthRange ChooseDepthRange(const PlacementOptions& options, const std::optional<RegularGrid>& grid,

@@ -39,7 +39,7 @@ ConvexPolygon CellInPicture(const ConvexPolygon& polygon, const LayerView& view)
   return in_picture;
 }
 
-AffineForm Sum(const AffineForm& a, double factor, const AffineForm& b) {
+AffineForm PlusTimes(const AffineForm& a, double factor, const AffineForm& b) {
   return {a.c + factor * b.c, a.x + factor * b.x, a.y + factor * b.y};
 }
 
@@ -72,8 +72,9 @@ SeenElement ElementOf(const Display& display, const Layer& layer, const LensletA
   const double bent = d0 * LensPowerPerMm(layer, lenses.focal_mm), reach = d0 / pitch;
   SeenElement element;
   element.cell = CellInPicture(CellOf(lenses, lens), view);
-  element.column = Sum(InPicture({bent * lens.x_px, 1 - bent, 0}, view), -reach, view.slope_x);
-  element.row = Sum(InPicture({bent * lens.y_px, 0, 1 - bent}, view), reach, view.slope_y);
+  element.column =
+      PlusTimes(InPicture({bent * lens.x_px, 1 - bent, 0}, view), -reach, view.slope_x);
+  element.row = PlusTimes(InPicture({bent * lens.y_px, 0, 1 - bent}, view), reach, view.slope_y);
   double window_x = lens.x_px, window_y = lens.y_px;
   if (display.shear) {
     const double distance = display.distance_mm(layer);
@@ -119,12 +120,13 @@ SeenElement StripOf(const Display& display, const Layer& layer, const Lenticular
   const double width = lenses.subpixels_per_lens;
   // Right of the vertex, in pixels.
   const AffineForm offset{(phase.c - (lens + 0.5) * width) / 3, phase.x / 3, phase.y / 3};
-  const AffineForm column = Sum({0, 1, 0}, -bent * cosine, offset);
-  const AffineForm row = Sum({0, 0, 1}, bent * sine, offset);
+  const AffineForm column = PlusTimes({0, 1, 0}, -bent * cosine, offset);
+  const AffineForm row = PlusTimes({0, 0, 1}, bent * sine, offset);
   SeenElement element;
   element.cell = CellInPicture(CutBetween(panel, phase, lens * width, (lens + 1) * width), view);
-  element.column = Sum({0, 0, 0}, 3, Sum(InPicture(column, view), -reach, view.slope_x));
-  element.row = Sum(InPicture(row, view), reach, view.slope_y);
+  element.column =
+      PlusTimes({0, 0, 0}, 3, PlusTimes(InPicture(column, view), -reach, view.slope_x));
+  element.row = PlusTimes(InPicture(row, view), reach, view.slope_y);
   return element;
 }
 

@@ -151,26 +151,26 @@ LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye, Throu
   return paths;
 }
 
-struct Sum {
+struct Seen {
   double r = 0, g = 0, b = 0;
   double known = 0, all = 0;
 };
 
 // Some rows of the picture.
-struct Band {
+struct PictureRows {
   int first_row = 0, end_row = 0;
-  Image<Sum> sums;  // first_row is row 0
+  Image<Seen> sums;  // first_row is row 0
 };
 
 // The light of emitters on their paths: gain * (black + their content).
-struct Light {
+struct PanelLight {
   std::vector<const EmitterImage*> slots;  // k x k, by the paths' slots
   double gain = 1, black = 0;
 };
 
 // Adds what one row path of a layer contributes to the pixels of a picture row.
-void AddRow(const Light& light, int k, const std::vector<Path>& columns, const Path& row,
-            Sum* sums) {
+void AddRow(const PanelLight& light, int k, const std::vector<Path>& columns, const Path& row,
+            Seen* sums) {
   std::vector<const Rgb*> colors(static_cast<std::size_t>(k));
   std::vector<const float*> coverages(colors.size());
   if (row.emitter >= 0) {
@@ -182,7 +182,7 @@ void AddRow(const Light& light, int k, const std::vector<Path>& columns, const P
   }
   const double gain = light.gain * row.weight;
   for (const Path& column : columns) {
-    Sum& sum = sums[column.pixel];
+    Seen& sum = sums[column.pixel];
     const double weight = gain * column.weight;
     sum.all += weight;
     if (row.emitter < 0 || column.emitter < 0) continue;
@@ -196,7 +196,7 @@ void AddRow(const Light& light, int k, const std::vector<Path>& columns, const P
   if (light.black == 0 || row.emitter < 0) return;
   for (const Path& column : columns) {
     if (column.emitter < 0) continue;
-    Sum& sum = sums[column.pixel];
+    Seen& sum = sums[column.pixel];
     const double black = gain * column.weight * light.black;
     sum.r += black;
     sum.g += black;
@@ -208,7 +208,7 @@ void AddRow(const Light& light, int k, const std::vector<Path>& columns, const P
 class LayerSeen {
  public:
   virtual ~LayerSeen() = default;
-  virtual void Add(Band& band) const = 0;
+  virtual void Add(PictureRows& band) const = 0;
 };
 
 // The mean of a layer's emitters over its slots.
@@ -246,10 +246,10 @@ std::vector<EmitterImage> Leaks(const LayerImages& layers, const Display& displa
 // the sum of T'_t E'_t over all slots is that of
 //   T_t ((1 - 2 r (1 - r)) E_t + r (1 - r) (E_{t-1} + E_{t+1})):
 // through a slot's openings some light of the slots before and after is seen. `light` is without.
-std::vector<Light> WithSlotCrosstalk(const Light& light, int k, double r) {
+std::vector<PanelLight> WithSlotCrosstalk(const PanelLight& light, int k, double r) {
   if (r == 0 || k == 1) return {light};
   const double cross = r * (1 - r);
-  Light own = light, before = light, after = light;
+  PanelLight own = light, before = light, after = light;
   own.gain *= 1 - 2 * cross;
   before.gain *= cross;
   after.gain *= cross;
@@ -276,7 +276,7 @@ class BarrierSeen final : public LayerSeen {
     // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n.
     const double open = static_cast<double>(k) * barrier.aperture_px / barrier.period_px;
     const double b = 1 / display.contrast, c = 1 / barrier.contrast;
-    Light light{{}, (1 - c) * (1 - b) / (open * open), b / (1 - b)};
+    PanelLight light{{}, (1 - c) * (1 - b) / (open * open), b / (1 - b)};
     for (const EmitterImage& slot : slots) light.slots.push_back(&slot);
     parts_.push_back({PathsOfLayer(display, layer, eye, Through::kOpenings), k,
                       WithSlotCrosstalk(light, k, display.slot_crosstalk)});
@@ -285,13 +285,13 @@ class BarrierSeen final : public LayerSeen {
     light.gain = c * (1 - b) * k * k / (open * open);
     parts_.push_back({PathsOfLayer(display, layer, eye, Through::kFace), 1, {light}});
   }
-  void Add(Band& band) const override {
+  void Add(PictureRows& band) const override {
     for (const Part& part : parts_) {
       for (int y = band.first_row; y < band.end_row; ++y) {
         const auto row = static_cast<std::size_t>(y);
         const std::size_t end = part.paths.first_row[row + 1];
         for (std::size_t r = part.paths.first_row[row]; r < end; ++r) {
-          for (const Light& light : part.lights) {
+          for (const PanelLight& light : part.lights) {
             AddRow(light, part.k, part.paths.columns, part.paths.rows[r],
                    band.sums.row(y - band.first_row));
           }
@@ -304,7 +304,7 @@ class BarrierSeen final : public LayerSeen {
   struct Part {
     LayerPaths paths;
     int k = 1;
-    std::vector<Light> lights;
+    std::vector<PanelLight> lights;
   };
   std::vector<Part> parts_;
 };
@@ -340,7 +340,7 @@ class ElementsSeen final : public LayerSeen {
     rays_ = subpixels_ ? 0 : std::get<LensletArray>(of.optics).rays;
   }
 
-  void Add(Band& band) const override {
+  void Add(PictureRows& band) const override {
     for (const SeenElement& element : elements_) {
       double top = element.cell[0].y, bottom = top;
       for (int i = 1; i < element.cell.size; ++i) {
@@ -354,7 +354,7 @@ class ElementsSeen final : public LayerSeen {
   }
 
  private:
-  void AddRowOf(const SeenElement& element, int y, Band& band) const {
+  void AddRowOf(const SeenElement& element, int y, PictureRows& band) const {
     const ConvexPolygon part = CutBetween(element.cell, {0, 0, 1}, y, y + 1);
     if (part.size < 3) return;
     double left = part[0].x, right = left;
@@ -383,7 +383,7 @@ class ElementsSeen final : public LayerSeen {
     for (double at = first; at <= last; ++at) add(CutBetween(piece, form, at, at + 1), at);
   }
 
-  void AddPiece(const SeenElement& element, const ConvexPolygon& piece, Sum& sum) const {
+  void AddPiece(const SeenElement& element, const ConvexPolygon& piece, Seen& sum) const {
     Split(piece, element.column, [&](const ConvexPolygon& part, double column) {
       Split(part, element.row, [&](const ConvexPolygon& of_emitter, double row) {
         AddEmitter(element, column, row, of_emitter.Area(), sum);
@@ -392,7 +392,7 @@ class ElementsSeen final : public LayerSeen {
   }
 
   void AddEmitter(const SeenElement& element, double column, double row, double area,
-                  Sum& sum) const {
+                  Seen& sum) const {
     const double per_pixel = subpixels_ ? 3 : 1;
     if (!(column >= 0 && column < per_pixel * emitters_.color.width() && row >= 0 &&
           row < emitters_.color.height())) {
@@ -485,11 +485,11 @@ EyePicture Simulate(const LayerImages& layers, const std::vector<EmitterImage>& 
   ParallelForEach(0, (eye.height + kBandRows - 1) / kBandRows, [&](std::int64_t b) {
     const int first = static_cast<int>(b) * kBandRows;
     const int end = std::min(first + kBandRows, eye.height);
-    Band band{first, end, Image<Sum>(eye.width, end - first)};
+    PictureRows band{first, end, Image<Seen>(eye.width, end - first)};
     for (const std::unique_ptr<LayerSeen>& layer : seen) layer->Add(band);
     for (int y = first; y < end; ++y) {
       for (int x = 0; x < eye.width; ++x) {
-        const Sum& sum = band.sums(x, y - first);
+        const Seen& sum = band.sums(x, y - first);
         picture.color(x, y) = {static_cast<float>(sum.r), static_cast<float>(sum.g),
                                static_cast<float>(sum.b)};
         picture.coverage(x, y) =

@@ -12,11 +12,11 @@
 namespace lamella {
 namespace {
 
-constexpr double kLongestMm = 1e7;
+constexpr double kFarthestMm = 1e7;
 constexpr double kLargestShape = 0.2;
 
 // Refuses with the name of what was being looked at: "layer 1, emitter".
-struct Checker {
+struct CalibrationChecker {
   const std::string& where;
   std::string part;
 
@@ -28,11 +28,11 @@ struct Checker {
             fmt::format("give a number from {:g} to {:g}", low, high));
   }
   void Finite(double value, const char* name) const {
-    Between(value, -kLongestMm, kLongestMm, name);
+    Between(value, -kFarthestMm, kFarthestMm, name);
   }
 };
 
-void CheckCurve(const ToneCurve& curve, const Checker& check) {
+void CheckCurve(const ToneCurve& curve, const CalibrationChecker& check) {
   if (curve.kind == ToneCurve::Kind::kGamma) check.Between(curve.gamma, 0.05, 20, "gamma");
   if (curve.kind != ToneCurve::Kind::kTable) return;
   const std::vector<double>& table = curve.table;
@@ -41,7 +41,7 @@ void CheckCurve(const ToneCurve& curve, const Checker& check) {
                 "the response table does not rise from 0 to 1", "mend its knots");
 }
 
-void CheckEvenness(const GainMap& map, const Checker& check) {
+void CheckEvenness(const GainMap& map, const CalibrationChecker& check) {
   check.Require(map.columns >= 1 && map.columns <= 1000 && map.rows >= 1 && map.rows <= 1000 &&
                     map.gains.size() ==
                         static_cast<std::size_t>(map.columns) * static_cast<std::size_t>(map.rows),
@@ -49,7 +49,7 @@ void CheckEvenness(const GainMap& map, const Checker& check) {
   for (const double gain : map.gains) check.Between(gain, 1e-3, 1e3, "a gain of evenness");
 }
 
-void CheckPhotometry(const Photometry& photometry, const Checker& check) {
+void CheckPhotometry(const Photometry& photometry, const CalibrationChecker& check) {
   CheckCurve(photometry.curve, check);
   check.Between(photometry.black, 0, 1 - 1e-9, "black (of a modulator its leakage)");
   check.Between(photometry.falloff, 0, 100, "falloff");
@@ -65,10 +65,10 @@ void CheckPhotometry(const Photometry& photometry, const Checker& check) {
                 "make it 1");
 }
 
-void CheckPanel(const PanelCalibration& panel, const Checker& check) {
+void CheckPanel(const PanelCalibration& panel, const CalibrationChecker& check) {
   check.Between(panel.width_px, 1, 1 << 20, "width_px");
   check.Between(panel.height_px, 1, 1 << 20, "height_px");
-  check.Between(panel.pitch_mm, 1e-9, kLongestMm, "pitch_mm");
+  check.Between(panel.pitch_mm, 1e-9, kFarthestMm, "pitch_mm");
   check.Between(panel.scale, 1e-3 - 1, 1e3 - 1, "scale");  // a relay's magnification is in it
   check.Between(panel.aspect, -kLargestShape, kLargestShape, "aspect");
   check.Between(panel.skew, -kLargestShape, kLargestShape, "skew");
@@ -77,7 +77,7 @@ void CheckPanel(const PanelCalibration& panel, const Checker& check) {
   CheckPhotometry(panel.photometry, check);
 }
 
-void CheckPose(const LayerCalibration& layer, const Checker& check) {
+void CheckPose(const LayerCalibration& layer, const CalibrationChecker& check) {
   const Rigid& pose = layer.display_from_stack;
   check.Require(std::abs(pose.rotation.norm() - 1) < 1e-6, "the rotation is no unit quaternion",
                 "normalise it");
@@ -87,31 +87,31 @@ void CheckPose(const LayerCalibration& layer, const Checker& check) {
   }
   check.Finite(layer.offset_mm.x(), "offset_mm");
   check.Finite(layer.offset_mm.y(), "offset_mm");
-  check.Between(layer.gap_mm, 0, kLongestMm, "gap_mm");
+  check.Between(layer.gap_mm, 0, kFarthestMm, "gap_mm");
   check.Between(layer.index, 1, 4, "index");
   check.Between(layer.gain, 0, 1e6, "gain");
 }
 
-void CheckLattice(const LayerCalibration& layer, const Checker& check) {
+void CheckLattice(const LayerCalibration& layer, const CalibrationChecker& check) {
   const LensLattice& lattice = *layer.lattice;
   check.Require(!layer.modulator, "has both lenses and a modulator", "leave one out");
   check.Require(layer.gap_mm > 0, "has lenses but no gap_mm behind them", "give a gap above 0");
-  check.Between(lattice.pitch_mm, 1e-9, kLongestMm, "lattice pitch_mm");
+  check.Between(lattice.pitch_mm, 1e-9, kFarthestMm, "lattice pitch_mm");
   check.Finite(lattice.rotation_rad, "lattice rotation_rad");
   check.Between(lattice.phase.x(), 0, 1, "lattice phase");
   check.Between(lattice.phase.y(), 0, 1, "lattice phase");
-  check.Between(lattice.focal_mm, 0, kLongestMm, "lattice focal_mm");
+  check.Between(lattice.focal_mm, 0, kFarthestMm, "lattice focal_mm");
 }
 
 void CheckLayer(const LayerCalibration& layer, std::size_t index, const std::string& where) {
   const std::string name = fmt::format("layer {}", index);
   CheckPanel(layer.emitter, {where, name + ", emitter"});
   if (layer.modulator) CheckPanel(*layer.modulator, {where, name + ", modulator"});
-  const Checker check{where, name};
+  const CalibrationChecker check{where, name};
   CheckPose(layer, check);
   if (layer.lattice) CheckLattice(layer, check);
   if (layer.plate) {
-    check.Between(layer.plate->thickness_mm, 0, kLongestMm, "plate thickness_mm");
+    check.Between(layer.plate->thickness_mm, 0, kFarthestMm, "plate thickness_mm");
     check.Between(layer.plate->index, 1, 4, "plate index");
     check.Require(std::abs(layer.plate->normal.norm() - 1) < 1e-6,
                   "the plate's normal is no unit vector", "normalise it");

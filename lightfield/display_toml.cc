@@ -295,7 +295,7 @@ Display ToDisplay(const toml::table& document, const std::string& where) {
   return display;
 }
 
-std::string Quoted(const std::string& text) {
+std::string TomlString(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') quoted += '\\';
@@ -383,7 +383,7 @@ std::string ToToml(const Display& display) {
       "format_version = {}\nname = {}\nviewing_distance_mm = {}\nshear = {}\nborder_mm = {}\n"
       "border_offset_mm = {}\n\n"
       "[panel]\nwidth_px = {}\nheight_px = {}\npitch_mm = {}\nbinning_px = {}\n",
-      kFormatVersion, Quoted(display.name), display.viewing_distance_mm, display.shear,
+      kFormatVersion, TomlString(display.name), display.viewing_distance_mm, display.shear,
       display.border_mm, display.border_offset_mm, display.width_px, display.height_px,
       display.pitch_mm, display.binning_px);
   text += ContrastToToml(display.contrast);

@@ -399,8 +399,6 @@ void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrTyp
   file.Close();
 }
 
-namespace {
-
 // A file that OpenImageIO writes from the top, some rows at a time.
 class RowsFile {
  public:
@@ -442,6 +440,8 @@ class RowsFile {
   std::unique_ptr<OIIO::ImageOutput> out_;
   int next_row_ = 0;
 };
+
+namespace {
 
 OIIO::ImageSpec ExrSpec(const std::vector<std::string>& channels, int width, int height,
                         ExrType type, ExrCompression compression) {

@@ -60,7 +60,7 @@ std::vector<double> Ticks(const Scale& scale, int most) {
   return ticks;
 }
 
-void Text(std::string& svg, double x, double y, const char* anchor, const std::string& text) {
+void AddText(std::string& svg, double x, double y, const char* anchor, const std::string& text) {
   fmt::format_to(std::back_inserter(svg),
                  "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", x, y, anchor,
                  Escaped(text));
@@ -85,16 +85,16 @@ void DrawAxes(std::string& svg, const Frame& frame, int y_ticks, const std::stri
   for (const double tick : Ticks(frame.y, y_ticks)) {
     const double y = frame.y.At(tick);
     Line(svg, frame.x.from, y, frame.x.to, y, "#e3e6ea");
-    Text(svg, frame.x.from - 7, y + 5.5, "end", fmt::format("{:.4g}", tick + 0.0));
+    AddText(svg, frame.x.from - 7, y + 5.5, "end", fmt::format("{:.4g}", tick + 0.0));
   }
   for (const double tick : Ticks(frame.x, 7)) {
     const double x = frame.x.At(tick);
     Line(svg, x, bottom, x, bottom + 5, "#59616d");
-    if (!x_label.empty()) Text(svg, x, bottom + 22, "middle", fmt::format("{:.6g}", tick + 0.0));
+    if (!x_label.empty()) AddText(svg, x, bottom + 22, "middle", fmt::format("{:.6g}", tick + 0.0));
   }
   Line(svg, frame.x.from, bottom, frame.x.to, bottom, "#59616d");
   if (!x_label.empty()) {
-    Text(svg, (frame.x.from + frame.x.to) / 2, bottom + 46, "middle", x_label);
+    AddText(svg, (frame.x.from + frame.x.to) / 2, bottom + 46, "middle", x_label);
   }
   fmt::format_to(std::back_inserter(svg),
                  "<text transform=\"translate(18 {:.1f}) rotate(-90)\" "
@@ -179,7 +179,7 @@ double DrawLegend(std::string& svg, const std::vector<LegendEntry>& legend, doub
     } else {
       fmt::format_to(out, "<path d=\"M{} {:.1f}h34\" {}/>\n", kLeft, middle, entry.style);
     }
-    Text(svg, kLeft + 44, middle + 5.5, "start", entry.text);
+    AddText(svg, kLeft + 44, middle + 5.5, "start", entry.text);
     top += kLine;
   }
   return kLine * static_cast<double>(legend.size());
@@ -234,7 +234,7 @@ std::string AnalysisFigure(const Display& display, const Analysis& analysis,
   std::string body;
   double y = 30;
   for (const std::string& line : heading) {
-    Text(body, 18, y, "start", line);
+    AddText(body, 18, y, "start", line);
     y += kLine;
   }
   y += DrawLegend(body, legend, y - 10);

@@ -19,15 +19,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kAnalysisVersion = 1;
 
 // JSON has no infinity.
-Json Number(double value) {
+Json FiniteOrName(double value) {
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
   return value;
 }
 
-Json ToJson(const EyeRectangle& box) { return {{"x", Number(box.x_mm)}, {"y", Number(box.y_mm)}}; }
+Json ToJson(const EyeRectangle& box) {
+  return {{"x", FiniteOrName(box.x_mm)}, {"y", FiniteOrName(box.y_mm)}};
+}
 
 Json ToJson(const LayerFigures& f) {
   return {{"position_mm", f.position_mm},
@@ -57,8 +59,8 @@ Json ToJson(const SceneAnalysis& scene) {
           {"placed_for", scene.placed_for},
           {"viewing_distance_mm", scene.viewing_distance_mm},
           {"known_share", f.known_share},
-          {"far_mm", Number(f.far_mm)},
-          {"near_mm", Number(f.near_mm)},
+          {"far_mm", FiniteOrName(f.far_mm)},
+          {"near_mm", FiniteOrName(f.near_mm)},
           {"sharp_share", f.sharp_share},
           {"detail_kept", f.detail_kept ? Json(*f.detail_kept) : Json()},
           {"detail_kept_beam", f.detail_kept_beam ? Json(*f.detail_kept_beam) : Json()},
@@ -120,7 +122,7 @@ std::string AnalysisJson(const Display& display, const Analysis& analysis,
   for (const DepthInterval& interval : analysis.sharp) {
     sharp.push_back({interval.from_mm, interval.to_mm});
   }
-  Json json = {{"format_version", kFormatVersion},
+  Json json = {{"format_version", kAnalysisVersion},
                {"display", display.name},
                {"viewing_distance_mm", display.viewing_distance_mm},
                {"parallax_axes", analysis.parallax_axes},

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kMostLayers = 1024;
+constexpr int kMostMeasuredLayers = 1024;
 
 const char* RoleName(const PanelId& panel) {
   return panel.role == PanelId::kEmitter ? "emitter" : "modulator";
@@ -33,7 +33,7 @@ Json ToJson(const std::vector<ParameterDeviation>& deviations) {
 PanelId ReadPanelId(const JsonObject& json) {
   const std::string role = json.Text("role");
   if (role != "emitter" && role != "modulator") throw json.Wrong("role", "emitter or modulator");
-  return {json.Whole("layer", 0, kMostLayers),
+  return {json.Whole("layer", 0, kMostMeasuredLayers),
           role == "emitter" ? PanelId::kEmitter : PanelId::kModulator};
 }
 

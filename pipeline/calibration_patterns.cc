@@ -23,7 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Kind = PatternShot::Kind;
 
-constexpr int kFormatVersion = 1;
+constexpr int kPatternsVersion = 1;
 constexpr const char* kRecord = "patterns.json";
 constexpr const char* kPrintedPicture = "printed_board.png";  // in pixels
 constexpr const char* kPrintedSheet = "printed_board.pdf";    // at its size, for the printer
@@ -90,7 +90,7 @@ Json ShotsJson(const ShotList& list) {
     }
     shots.push_back(json);
   }
-  return {{"format_version", kFormatVersion}, {"shots", shots}};
+  return {{"format_version", kPatternsVersion}, {"shots", shots}};
 }
 
 bool HasLayer(Kind kind) { return kind != Kind::kDark && kind != Kind::kPrinted; }
@@ -137,7 +137,7 @@ Json RecordJson(const ShotList& list) {
     }
     shots.push_back(json);
   }
-  Json json = {{"format_version", kFormatVersion},
+  Json json = {{"format_version", kPatternsVersion},
                {"display", list.display},
                {"mode", ModeNames().at(list.mode)},
                {"num_layers", list.num_layers}};
@@ -295,7 +295,7 @@ void WritePatterns(const fs::path& folder, const ShotList& list, Progress& progr
 
 ShotList LoadShotList(const fs::path& folder) {
   const JsonObject json(folder / kRecord);
-  json.CheckFormatVersion(kFormatVersion);
+  json.CheckFormatVersion(kPatternsVersion);
   ShotList list;
   list.display = json.Text("display");
   const std::string mode = json.Text("mode");

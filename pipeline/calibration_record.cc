@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kCalibrationVersion = 1;
 
 Json ToJson(const ToneCurve& curve) {
   switch (curve.kind) {
@@ -192,7 +192,7 @@ Rigid ReadPose(const JsonObject& json) {
   return pose;
 }
 
-LayerCalibration ReadLayer(const JsonObject& json) {
+LayerCalibration ReadLayerCalibration(const JsonObject& json) {
   json.CheckKeys({"display_from_stack", "emitter_offset_mm", "gap_mm", "emitter_rotation_rad",
                   "index", "gain", "emitter", "modulator", "lattice", "plate"});
   LayerCalibration layer;
@@ -219,8 +219,9 @@ LayerCalibration ReadLayer(const JsonObject& json) {
 std::string CalibrationText(const Calibration& calibration, const MeasuredNumbers& measured) {
   Json layers = Json::array();
   for (const LayerCalibration& layer : calibration.layers) layers.push_back(ToJson(layer));
-  Json json = {
-      {"format_version", kFormatVersion}, {"display", calibration.display}, {"layers", layers}};
+  Json json = {{"format_version", kCalibrationVersion},
+               {"display", calibration.display},
+               {"layers", layers}};
   if (measured.geometry) json["measured"] = Json::parse(MeasurementText(*measured.geometry));
   if (!measured.light.empty()) json["measured_light"] = Json::parse(DeviationsText(measured.light));
   return json.dump(1) + "\n";
@@ -233,28 +234,28 @@ void SaveCalibration(const std::filesystem::path& file, const Calibration& calib
 
 std::optional<CalibrationMeasurement> LoadMeasurement(const std::filesystem::path& file) {
   const JsonObject json(file);
-  json.CheckFormatVersion(kFormatVersion);
+  json.CheckFormatVersion(kCalibrationVersion);
   if (!json.Has("measured")) return std::nullopt;
   return ReadMeasurement(json.Object("measured"));
 }
 
 std::vector<ParameterDeviation> LoadLightDeviations(const std::filesystem::path& file) {
   const JsonObject json(file);
-  json.CheckFormatVersion(kFormatVersion);
+  json.CheckFormatVersion(kCalibrationVersion);
   if (!json.Has("measured_light")) return {};
   return ReadDeviations(json, "measured_light");
 }
 
 Calibration LoadCalibration(const std::filesystem::path& file) {
   const JsonObject json(file);
-  json.CheckFormatVersion(kFormatVersion);
+  json.CheckFormatVersion(kCalibrationVersion);
   json.CheckKeys({"format_version", "display", "layers", "measured", "measured_light"});
   if (json.Has("measured")) ReadMeasurement(json.Object("measured"));
   if (json.Has("measured_light")) ReadDeviations(json, "measured_light");
   Calibration calibration;
   calibration.display = json.Text("display");
   for (const JsonObject& layer : json.Objects("layers")) {
-    calibration.layers.push_back(ReadLayer(layer));
+    calibration.layers.push_back(ReadLayerCalibration(layer));
   }
   try {
     Check(calibration, file.string());

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kCaptureVersion = 1;
 constexpr const char* kFile = "capture.json";
 
 template <class T>
@@ -24,9 +24,9 @@ struct Name {
 constexpr Name<CameraOrigin> kOrigins[] = {{CameraOrigin::kKnown, "known"},
                                            {CameraOrigin::kExif, "exif"},
                                            {CameraOrigin::kGuess, "guess"}};
-constexpr Name<CameraModel> kModels[] = {{CameraModel::kPinhole, "pinhole"},
-                                         {CameraModel::kBrown, "brown"},
-                                         {CameraModel::kFisheye, "fisheye"}};
+constexpr Name<CameraModel> kModelNames[] = {{CameraModel::kPinhole, "pinhole"},
+                                             {CameraModel::kBrown, "brown"},
+                                             {CameraModel::kFisheye, "fisheye"}};
 
 template <class T, std::size_t N>
 const char* NameOf(const Name<T> (&names)[N], T value) {
@@ -48,7 +48,7 @@ T ValueOf(const Name<T> (&names)[N], const JsonObject& object, const std::string
 Json CameraJson(const CapturedView& view) {
   const Camera& c = view.camera;
   return {{"origin", NameOf(kOrigins, view.camera_origin)},
-          {"model", NameOf(kModels, c.model)},
+          {"model", NameOf(kModelNames, c.model)},
           {"fx_px", c.fx},
           {"fy_px", c.fy},
           {"cx_px", c.cx},
@@ -80,7 +80,7 @@ Json ViewJson(const CapturedView& view) {
 
 Camera ReadCamera(const JsonObject& view) {
   const JsonObject json = view.Object("camera");
-  Camera camera{.model = ValueOf(kModels, json, "model"),
+  Camera camera{.model = ValueOf(kModelNames, json, "model"),
                 .width = view.Whole("width_px", 1, 1 << 20),
                 .height = view.Whole("height_px", 1, 1 << 20),
                 .fx = json.Number("fx_px"),
@@ -127,13 +127,13 @@ CapturedView ReadView(const JsonObject& json) {
 void SaveCapture(const fs::path& capture_folder, const CaptureRecord& record) {
   Json views = Json::array();
   for (const CapturedView& view : record.views) views.push_back(ViewJson(view));
-  const Json document = {{"format_version", kFormatVersion}, {"views", std::move(views)}};
+  const Json document = {{"format_version", kCaptureVersion}, {"views", std::move(views)}};
   WriteTextAtomically(capture_folder / kFile, document.dump(1) + "\n");
 }
 
 CaptureRecord LoadCapture(const Workspace& workspace) {
   const JsonObject document(workspace.Stage("capture") / kFile);
-  document.CheckFormatVersion(kFormatVersion);
+  document.CheckFormatVersion(kCaptureVersion);
   CaptureRecord record;
   for (const JsonObject& view : document.Objects("views")) record.views.push_back(ReadView(view));
   return record;

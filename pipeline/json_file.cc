@@ -12,22 +12,22 @@
 namespace lamella {
 namespace {
 
-using nlohmann::json;
+using Value = nlohmann::json;
 
-json Parse(const std::filesystem::path& path) {
+Value Parse(const std::filesystem::path& path) {
   try {
-    json value = json::parse(ReadText(path));
+    Value value = Value::parse(ReadText(path));
     if (!value.is_object())
       throw InputError(path.string(), "is no JSON object", "give another file");
     return value;
-  } catch (const json::exception& error) {
+  } catch (const Value::exception& error) {
     throw InputError(path.string(), fmt::format("is no JSON ({})", error.what()), "mend the file");
   }
 }
 
-void Flatten(const json& value, std::vector<double>& numbers, bool& good) {
+void Flatten(const Value& value, std::vector<double>& numbers, bool& good) {
   if (value.is_array()) {
-    for (const json& element : value) Flatten(element, numbers, good);
+    for (const Value& element : value) Flatten(element, numbers, good);
   } else if (value.is_number() && std::isfinite(value.get<double>())) {
     numbers.push_back(value.get<double>());
   } else {
@@ -38,21 +38,21 @@ void Flatten(const json& value, std::vector<double>& numbers, bool& good) {
 }  // namespace
 
 struct JsonObject::Node {
-  std::shared_ptr<const json> document;
-  const json& value;
+  std::shared_ptr<const Value> document;
+  const Value& value;
 
-  const json& At(const JsonObject& object, const std::string& key,
-                 std::string_view expected) const {
+  const Value& At(const JsonObject& object, const std::string& key,
+                  std::string_view expected) const {
     if (!value.contains(key)) throw object.Wrong(key, expected);
     return value.at(key);
   }
-  std::shared_ptr<const Node> Child(const json& child) const {
+  std::shared_ptr<const Node> Child(const Value& child) const {
     return std::make_shared<Node>(Node{document, child});
   }
 };
 
 JsonObject::JsonObject(const std::filesystem::path& path) : where_(path.string()) {
-  const auto document = std::make_shared<const json>(Parse(path));
+  const auto document = std::make_shared<const Value>(Parse(path));
   node_ = std::make_shared<Node>(Node{document, *document});
 }
 
@@ -75,7 +75,7 @@ Error JsonObject::Wrong(const std::string& key, std::string_view expected) const
 }
 
 double JsonObject::Number(const std::string& key) const {
-  const json& value = node_->At(*this, key, "a number");
+  const Value& value = node_->At(*this, key, "a number");
   if (!value.is_number() || !std::isfinite(value.get<double>()))
     throw Wrong(key, "a finite number");
   return value.get<double>();
@@ -90,19 +90,19 @@ int JsonObject::Whole(const std::string& key, int min, int max) const {
 }
 
 std::string JsonObject::Text(const std::string& key) const {
-  const json& value = node_->At(*this, key, "text");
+  const Value& value = node_->At(*this, key, "text");
   if (!value.is_string()) throw Wrong(key, "text");
   return value.get<std::string>();
 }
 
 JsonObject JsonObject::Object(const std::string& key) const {
-  const json& value = node_->At(*this, key, "an object");
+  const Value& value = node_->At(*this, key, "an object");
   if (!value.is_object()) throw Wrong(key, "an object");
   return {node_->Child(value), fmt::format("{}: {}", where_, key)};
 }
 
 std::vector<JsonObject> JsonObject::Objects(const std::string& key) const {
-  const json& value = node_->At(*this, key, "a list of objects");
+  const Value& value = node_->At(*this, key, "a list of objects");
   if (!value.is_array()) throw Wrong(key, "a list of objects");
   std::vector<JsonObject> objects;
   for (std::size_t i = 0; i < value.size(); ++i) {
@@ -113,10 +113,10 @@ std::vector<JsonObject> JsonObject::Objects(const std::string& key) const {
 }
 
 std::vector<std::string> JsonObject::Texts(const std::string& key) const {
-  const json& value = node_->At(*this, key, "a list of texts");
+  const Value& value = node_->At(*this, key, "a list of texts");
   if (!value.is_array()) throw Wrong(key, "a list of texts");
   std::vector<std::string> texts;
-  for (const json& element : value) {
+  for (const Value& element : value) {
     if (!element.is_string()) throw Wrong(key, "a list of texts");
     texts.push_back(element.get<std::string>());
   }
@@ -141,7 +141,7 @@ std::vector<double> JsonObject::Numbers(const std::string& key) const {
 }
 
 bool JsonObject::Truth(const std::string& key) const {
-  const json& value = node_->At(*this, key, "true or false");
+  const Value& value = node_->At(*this, key, "true or false");
   if (!value.is_boolean()) throw Wrong(key, "true or false");
   return value.get<bool>();
 }

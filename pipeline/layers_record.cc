@@ -21,8 +21,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 2;
-constexpr const char* kRecordFile = "layers.json";
+constexpr int kLayersVersion = 2;
+constexpr const char* kLayersFile = "layers.json";
 constexpr const char* kCalibrationFile = "calibration.json";
 constexpr const char* kRunLayers = "run `lamella layers` again";
 constexpr float kLargestHalf = 65504;
@@ -111,7 +111,7 @@ void SaveLayersRecord(const fs::path& folder, const LayersRecord& record) {
                        {"slot_y", slot / k}});
     }
   }
-  Json json = {{"format_version", kFormatVersion},
+  Json json = {{"format_version", kLayersVersion},
                {"display", ToToml(record.display)},
                {"placement", ToJson(record.placement)},
                {"seen_share", record.seen_share},
@@ -121,18 +121,18 @@ void SaveLayersRecord(const fs::path& folder, const LayersRecord& record) {
     json["calibration"] = kCalibrationFile;
     SaveCalibration(folder / kCalibrationFile, *record.calibration);
   }
-  WriteTextAtomically(folder / kRecordFile, json.dump(1) + "\n");
+  WriteTextAtomically(folder / kLayersFile, json.dump(1) + "\n");
 }
 
 LayersRecord LoadLayersRecord(const Workspace& workspace) {
-  const fs::path path = workspace.Stage("layers") / kRecordFile;
+  const fs::path path = workspace.Stage("layers") / kLayersFile;
   try {
     const Json json = Json::parse(ReadText(path));
-    if (json.at("format_version").get<int>() > kFormatVersion) {
+    if (json.at("format_version").get<int>() > kLayersVersion) {
       throw InputError(path.string(), "was written by a newer lamella",
                        "use that version or another --workspace");
     }
-    if (json.at("format_version").get<int>() < kFormatVersion) {
+    if (json.at("format_version").get<int>() < kLayersVersion) {
       throw InputError(path.string(), "was written by an older lamella", kRunLayers);
     }
     LayersRecord record;

@@ -8,7 +8,7 @@ namespace lamella {
 namespace {
 
 // One name for a file, however the workspace was named.
-std::filesystem::path NameOf(const std::filesystem::path& file) {
+std::filesystem::path KeyOf(const std::filesystem::path& file) {
   return std::filesystem::absolute(file).lexically_normal();
 }
 
@@ -18,13 +18,13 @@ void PhotographStore::Add(const std::filesystem::path& file, Image<Rgb8> codes) 
   const std::size_t bytes = codes.size() * sizeof(Rgb8);
   const std::lock_guard lock(mutex_);
   if (bytes > most_bytes_ - bytes_) return;
-  if (photographs_.emplace(NameOf(file), std::move(codes)).second) bytes_ += bytes;
+  if (photographs_.emplace(KeyOf(file), std::move(codes)).second) bytes_ += bytes;
 }
 
 // What is in the map stays where it is.
 const Image<Rgb8>* PhotographStore::Find(const std::filesystem::path& file) const {
   const std::lock_guard lock(mutex_);
-  const auto found = photographs_.find(NameOf(file));
+  const auto found = photographs_.find(KeyOf(file));
   return found == photographs_.end() ? nullptr : &found->second;
 }
 

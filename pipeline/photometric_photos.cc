@@ -25,7 +25,7 @@ namespace {
 
 using Kind = PatternShot::Kind;
 
-constexpr int kCells = kGainColumns * kGainRows;
+constexpr int kReadCells = kGainColumns * kGainRows;
 constexpr int kLeastPx = 2000;      // of a panel
 constexpr int kLeastPatchPx = 100;  // of a patch of lines
 constexpr double kMostSaturated = 1e-3;
@@ -80,7 +80,7 @@ class Reader {
       }
       if (shot.kind == Kind::kWhite && !IndexOfLayer(shot.panel.layer)) {
         light_.layers.push_back({shot.panel.layer, {}, {}, 0, 0, {}, {}});
-        light_.layers.back().colors.assign(kCells, Eigen::Matrix3d::Zero());
+        light_.layers.back().colors.assign(kReadCells, Eigen::Matrix3d::Zero());
       }
     }
     light_.boards.cameras.push_back({"body", 0, 0, 0});
@@ -226,7 +226,7 @@ class Reader {
     } else {
       const Rgb8& color = shot.pattern.color;
       const Eigen::Index column = color.r > 0 ? 0 : color.g > 0 ? 1 : 2;
-      for (std::size_t c = 0; c < kCells; ++c) layer.colors[c].col(column) = light.cells[c];
+      for (std::size_t c = 0; c < kReadCells; ++c) layer.colors[c].col(column) = light.cells[c];
     }
   }
 
@@ -246,7 +246,7 @@ class Reader {
   }
 
   void AddWhite(const RegionLight& light, const PanelRegion& region, LayerLight& layer) {
-    for (std::size_t c = 0; c < kCells; ++c) {
+    for (std::size_t c = 0; c < kReadCells; ++c) {
       if (region.cell_px[c] == 0) continue;
       // The cells' noise is the panel's, of fewer pixels.
       const double variance = light.variance * region.num_px / region.cell_px[c];
@@ -263,8 +263,8 @@ class Reader {
                 const PanelRegion& region) {
     const std::vector<double> patches = PatchLightOf(photo.span(), dark, region);
     std::vector<Eigen::VectorXd>& lines = lines_[shot.panel.layer];
-    lines.resize(kCells, Eigen::VectorXd::Zero(kLinesPeriodPx));
-    for (std::size_t c = 0; c < kCells; ++c) {
+    lines.resize(kReadCells, Eigen::VectorXd::Zero(kLinesPeriodPx));
+    for (std::size_t c = 0; c < kReadCells; ++c) {
       if (region.patch_px[c] >= kLeastPatchPx) lines[c](shot.pattern.step) = patches[c];
     }
   }

@@ -55,17 +55,17 @@ fs::path PhotographOf(const View& view, const std::vector<NamedFile>& images) {
   return !view.image.empty() && fs::is_regular_file(view.image) ? view.image : fs::path();
 }
 
-struct Picture {
+struct RenderedPicture {
   Image<Rgb> color;
   Image<float> coverage;
 };
 
-Picture Render(const RaySource& source, const View& view) {
+RenderedPicture Render(const RaySource& source, const View& view) {
   const RayBundle bundle = BundleOfCamera(view.camera, view.camera_from_world);
   Image<RaySample> samples(bundle.width, bundle.height);
   source.Query(bundle, {0, 0, bundle.width, bundle.height}, samples.span());
-  Picture picture{Image<Rgb>(bundle.width, bundle.height),
-                  Image<float>(bundle.width, bundle.height)};
+  RenderedPicture picture{Image<Rgb>(bundle.width, bundle.height),
+                          Image<float>(bundle.width, bundle.height)};
   for (std::size_t i = 0; i < samples.size(); ++i) {
     picture.color.data()[i] = samples.data()[i].color;
     picture.coverage.data()[i] = samples.data()[i].coverage;
@@ -74,7 +74,7 @@ Picture Render(const RaySource& source, const View& view) {
 }
 
 // The picture with each channel multiplied so that it fits the photograph best over seen pixels.
-Image<Rgb> WithBestGain(const Picture& picture, const Image<Rgb>& photograph, int border) {
+Image<Rgb> WithBestGain(const RenderedPicture& picture, const Image<Rgb>& photograph, int border) {
   std::array<double, 3> cross{}, square{};
   for (int y = border; y < picture.color.height() - border; ++y) {
     for (int x = border; x < picture.color.width() - border; ++x) {
@@ -101,7 +101,7 @@ Image<Rgb> WithBestGain(const Picture& picture, const Image<Rgb>& photograph, in
   return fitted;
 }
 
-void CompareWithPhotograph(const Picture& picture, const fs::path& path, int border,
+void CompareWithPhotograph(const RenderedPicture& picture, const fs::path& path, int border,
                            RenderedView& result) {
   const int width = picture.color.width(), height = picture.color.height();
   Image<Rgb8> truth = ReadSrgb8(path);
@@ -135,7 +135,7 @@ std::vector<RenderedView> RenderViews(const ViewsArguments& arguments, Progress&
   progress.Start("render", static_cast<std::int64_t>(cameras.size()), "views");
   std::vector<RenderedView> results;
   for (const View& view : cameras) {
-    const Picture picture = Render(*source, view);
+    const RenderedPicture picture = Render(*source, view);
     WriteSrgb8(arguments.out / (view.name + ".png"), picture.color.span(), picture.coverage.span());
     RenderedView& result = results.emplace_back();
     result.name = view.name;

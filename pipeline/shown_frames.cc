@@ -15,7 +15,7 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kFormatVersion = 1;
+constexpr int kShownVersion = 1;
 constexpr const char *kWhite = "white", *kBlack = "black";
 
 Image<Rgb8> CodesOf(const std::string& source, const PanelCalibration& panel) {
@@ -74,7 +74,7 @@ Shot::LayerFiles ReadLayer(const JsonObject& json) {
 
 JsonObject FramesJson(const fs::path& folder) {
   JsonObject json(folder / "frames.json");
-  json.CheckFormatVersion(kFormatVersion);
+  json.CheckFormatVersion(kShownVersion);
   return json;
 }
 
@@ -116,7 +116,7 @@ ToneCurve CurveOfFrames(const fs::path& folder) {
 
 std::vector<Shot> ReadShots(const fs::path& file) {
   const JsonObject json(file);
-  json.CheckFormatVersion(kFormatVersion);
+  json.CheckFormatVersion(kShownVersion);
   json.CheckKeys({"format_version", "shots"});
   std::vector<Shot> shots;
   for (const JsonObject& object : json.Objects("shots")) {

@@ -25,7 +25,7 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 void CheckLayers(const Calibration& design) {
   for (std::size_t i = 0; i < design.layers.size(); ++i) {
@@ -153,8 +153,8 @@ std::string Describe(const SolvedSheet& sheet) {
       "  phase {:.5f} +- {:.5f} lenses",
       sheet.layer, sheet.num_views, report.num_used, report.num_samples, report.noise_px,
       sheet.faint ? ", by the finest sinusoid alone, since it is faint" : "", lattice.pitch_mm,
-      sd(kLatticePitch), lattice.rotation_rad * kDegrees, sd(kLatticeRotation) * kDegrees,
-      lattice.phase.x(), sd(kLatticePhase0));
+      sd(kLatticePitch), lattice.rotation_rad * kDegreesPerRadian,
+      sd(kLatticeRotation) * kDegreesPerRadian, lattice.phase.x(), sd(kLatticePhase0));
   if (lattice.type != LensLattice::Type::kLine) {
     text += fmt::format(" and {:.5f} +- {:.5f}", lattice.phase.y(), sd(kLatticePhase1));
   }
@@ -162,7 +162,7 @@ std::string Describe(const SolvedSheet& sheet) {
                     "\n  gap {:.4f} +- {:.4f} mm; panel {:.2f} mm to the right and {:.2f} mm up, "
                     "turned by {:.3f} degrees\n",
                     layer.gap_mm, sd(kLatticeGap) * layer.index, layer.offset_mm.x(),
-                    layer.offset_mm.y(), layer.rotation_rad.z() * kDegrees);
+                    layer.offset_mm.y(), layer.rotation_rad.z() * kDegreesPerRadian);
 }
 
 std::string Describe(const BoardOfSheets& board) {
@@ -175,7 +175,7 @@ std::string Describe(const BoardOfSheets& board) {
       "  the board's middle is at ({:.1f}, {:.1f}, {:.1f}) mm, it is slanted by {:.2f} degrees\n",
       cameras.num_used, cameras.num_corners, cameras.views.size(), cameras.rms_px,
       cameras.found.camera.fx, cameras.focal_sd_px, place.translation.x(), place.translation.y(),
-      place.translation.z(), std::acos(std::min(1.0, normal.z())) * kDegrees);
+      place.translation.z(), std::acos(std::min(1.0, normal.z())) * kDegreesPerRadian);
 }
 
 const SolvedSheet& WorstOf(const SolvedSheets& solved) {

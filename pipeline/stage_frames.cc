@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kFramesVersion = 1;
 
 PanelResponse ResponseOf(const FramesOptions& options, const LayersRecord& record, int layer) {
   if (record.calibration) return PanelResponse::Of(*record.calibration, layer);
@@ -60,7 +60,7 @@ Json ToJson(const LayersRecord& record, const FramesOptions& options) {
   }
   Json response = {{"curve", record.calibration ? "calibration" : options.response}};
   if (options.response == "gamma") response["gamma"] = options.gamma;
-  return {{"format_version", kFormatVersion},
+  return {{"format_version", kFramesVersion},
           {"display", display.name},
           {"panel", PanelJson(display)},
           {"bit_depth", 8},
@@ -84,7 +84,7 @@ Json ToJson(const Display& display, const FramesOptions& options, const StrokeFr
     }
     strokes.push_back({{"file", frames.files[stroke]}, {"planes", planes}, {"phases", phases}});
   }
-  return {{"format_version", kFormatVersion},
+  return {{"format_version", kFramesVersion},
           {"display", display.name},
           {"panel", PanelJson(display)},
           {"bit_depth", 1},

@@ -18,12 +18,12 @@
 namespace lamella {
 namespace {
 
-constexpr double kSamplesPerView = 40000;  // rays that tell where near and far are
+constexpr double kRangeSamplesPerView = 40000;  // rays that tell where near and far are
 
 // What the reference camera sees, as depths along its axis.
 DepthRange DepthRangeOfScene(const SceneSource& scene, const View& reference) {
   const double shrink = std::max(1.0, std::sqrt(double{1} * reference.camera.width *
-                                                reference.camera.height / kSamplesPerView));
+                                                reference.camera.height / kRangeSamplesPerView));
   const Camera camera = Resized(reference.camera, 1 / shrink);
   const RayBundle bundle = BundleOfCamera(camera, reference.camera_from_world);
   Image<float> depths(bundle.width, bundle.height);

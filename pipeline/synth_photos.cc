@@ -30,7 +30,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kPhotosVersion = 1;
 
 struct Truth {
   Calibration calibration;
@@ -308,7 +308,7 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
   WriteTransformsJson(out / "transforms.json", transforms);
   SaveCalibration(out / "calibration.json", prototype.calibration);
   sensor.exposure = exposure;
-  const Json record = {{"format_version", kFormatVersion},
+  const Json record = {{"format_version", kPhotosVersion},
                        {"display", prototype.calibration.display},
                        {"sensor", SensorJson(options, sensor)},
                        {"photos", photos}};

@@ -19,7 +19,7 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-using nlohmann::json;
+using Value = nlohmann::json;
 
 void WritePhotograph(const fs::path& file, const Recipe& recipe, const Image<Rgb>& linear) {
   if (recipe.photographs.format != "exr") {
@@ -46,9 +46,9 @@ void WriteMask(const fs::path& file, const Image<float>& depth) {
   WriteGrey8(file, mask.span());
 }
 
-json Drawn(const View& view, const Exposure& exposure) {
+Value Drawn(const View& view, const Exposure& exposure) {
   const Shutter& shutter = exposure.shutter;
-  const auto numbers = [](const Eigen::Vector3d& v) { return json{v.x(), v.y(), v.z()}; };
+  const auto numbers = [](const Eigen::Vector3d& v) { return Value{v.x(), v.y(), v.z()}; };
   return {{"name", view.name},
           {"exposure", exposure.exposure},
           {"red", exposure.red},
@@ -88,7 +88,7 @@ int SynthScene(Recipe recipe, const fs::path& out, Progress& progress) {
   const SceneSource scene(std::move(recipe.scene));
 
   TransformsJson transforms;
-  json drawn = json::array();
+  Value drawn = Value::array();
   std::set<fs::path> written;
   for (const Exposure& exposure : exposures) {
     View view = cameras[static_cast<std::size_t>(exposure.view)];
@@ -117,7 +117,7 @@ int SynthScene(Recipe recipe, const fs::path& out, Progress& progress) {
   WriteTransformsJson(out / "transforms.json", transforms);
   WriteTextAtomically(out / "recipe.toml", effective);
   WriteTextAtomically(out / "degradation.json",
-                      json{{"format_version", 1}, {"views", std::move(drawn)}}.dump(1) + "\n");
+                      Value{{"format_version", 1}, {"views", std::move(drawn)}}.dump(1) + "\n");
   return static_cast<int>(exposures.size());
 }
 

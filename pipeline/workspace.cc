@@ -15,11 +15,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
-constexpr const char* kRecordFile = "stage.json";
+constexpr int kStageVersion = 1;
+constexpr const char* kStageFile = "stage.json";
 
 Json ToJson(const StageRecord& record) {
-  Json json = {{"format_version", kFormatVersion},  {"stage", record.stage},
+  Json json = {{"format_version", kStageVersion},   {"stage", record.stage},
                {"version", record.version},         {"finished", record.finished},
                {"inputs_hash", record.inputs_hash}, {"options_hash", record.options_hash}};
   if (!record.finished) return json;
@@ -77,7 +77,7 @@ std::vector<OutputFile> ListOutputs(const fs::path& folder) {
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
     const std::string file = fs::relative(entry.path(), folder).generic_string();
-    if (file == kRecordFile) continue;
+    if (file == kStageFile) continue;
     outputs.push_back({file, entry.file_size(), ContentHashOfFile(entry.path())});
   }
   std::sort(outputs.begin(), outputs.end(),
@@ -96,12 +96,12 @@ std::string StageRecord::OutputsHash() const {
 }
 
 std::optional<StageRecord> LoadStageRecord(const Workspace& workspace, const std::string& stage) {
-  const fs::path path = workspace.Stage(stage) / kRecordFile;
+  const fs::path path = workspace.Stage(stage) / kStageFile;
   std::error_code error;
   if (!fs::exists(path, error)) return std::nullopt;
   try {
     const Json json = Json::parse(ReadText(path));
-    if (json.at("format_version").get<int>() > kFormatVersion) {
+    if (json.at("format_version").get<int>() > kStageVersion) {
       throw InputError(path.string(), "was written by a newer lamella",
                        "use that version or another --workspace");
     }
@@ -151,7 +151,7 @@ StageRun::StageRun(const Workspace& workspace, std::string stage, std::string in
   if (resumed_) {
     RemovePartialFiles(folder_);
   } else {
-    WriteTextAtomically(folder_ / kRecordFile, ToJson(record_).dump(1) + "\n");
+    WriteTextAtomically(folder_ / kStageFile, ToJson(record_).dump(1) + "\n");
   }
 }
 
@@ -166,7 +166,7 @@ void StageRun::Commit(StageReport report, double seconds, double peak_memory_mib
   record_.peak_memory_mib = peak_memory_mib;
   record_.outputs = ListOutputs(folder_);
   record_.finished = true;
-  WriteTextAtomically(folder_ / kRecordFile, ToJson(record_).dump(1) + "\n");
+  WriteTextAtomically(folder_ / kStageFile, ToJson(record_).dump(1) + "\n");
 }
 
 }  // namespace lamella

@@ -13,13 +13,13 @@ namespace {
 
 constexpr const char* kFlag = "--views";
 
-struct Pattern {
+struct FilePattern {
   std::string text;
   bool leaves_out = false;
 };
 
-std::vector<Pattern> Parse(const std::string& patterns) {
-  std::vector<Pattern> parsed;
+std::vector<FilePattern> Parse(const std::string& patterns) {
+  std::vector<FilePattern> parsed;
   std::istringstream list(patterns);
   for (std::string text; std::getline(list, text, ',');) {
     const bool leaves_out = !text.empty() && text[0] == '!';
@@ -38,11 +38,11 @@ bool Meets(const std::string& name, const std::string& pattern) {
 }  // namespace
 
 std::vector<bool> SelectViews(const std::vector<std::string>& names, const std::string& patterns) {
-  const std::vector<Pattern> parsed = Parse(patterns);
+  const std::vector<FilePattern> parsed = Parse(patterns);
   const bool all = std::all_of(parsed.begin(), parsed.end(),
-                               [](const Pattern& pattern) { return pattern.leaves_out; });
+                               [](const FilePattern& pattern) { return pattern.leaves_out; });
   std::vector<bool> chosen(names.size(), all), left_out(names.size(), false);
-  for (const Pattern& pattern : parsed) {
+  for (const FilePattern& pattern : parsed) {
     bool met = false;
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (!Meets(names[i], pattern.text)) continue;

@@ -15,8 +15,8 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kFormatVersion = 1;
-using nlohmann::json;
+constexpr int kTransformsVersion = 1;
+using Value = nlohmann::json;
 
 // OpenGL's camera axes from ours: y and z change sign, x stays.
 const Eigen::DiagonalMatrix<double, 3> kFlip(1, -1, -1);
@@ -105,7 +105,7 @@ Camera ReadCamera(const Scoped& values, const fs::path& image) {
   return camera;
 }
 
-Rigid ReadPose(const JsonObject& frame) {
+Rigid ReadCameraPose(const JsonObject& frame) {
   const std::vector<double> m = frame.Numbers("transform_matrix", 16);
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> world_from_gl(m.data());
   const Eigen::Matrix3d rotation = world_from_gl.topLeftCorner<3, 3>() * kFlip;
@@ -114,10 +114,10 @@ Rigid ReadPose(const JsonObject& frame) {
   return Inverse(world_from_camera);
 }
 
-json PoseJson(const Rigid& camera_from_world) {
+Value PoseJson(const Rigid& camera_from_world) {
   const Rigid world_from_camera = Inverse(camera_from_world);
   const Eigen::Matrix3d rotation = world_from_camera.rotation.toRotationMatrix() * kFlip;
-  json rows = json::array();
+  Value rows = Value::array();
   for (int r = 0; r < 3; ++r) {
     rows.push_back(
         {rotation(r, 0), rotation(r, 1), rotation(r, 2), world_from_camera.translation[r]});
@@ -146,18 +146,18 @@ std::vector<const char*> DistortionNames(const Camera& camera) {
   return {};
 }
 
-json FrameJson(const View& view, const fs::path& folder) {
+Value FrameJson(const View& view, const fs::path& folder) {
   const Camera& camera = view.camera;
-  json frame = {{"name", view.name},
-                {"file_path", PathFrom(view.image, folder)},
-                {"camera_model", ModelName(camera)},
-                {"w", camera.width},
-                {"h", camera.height},
-                {"fl_x", camera.fx},
-                {"fl_y", camera.fy},
-                {"cx", camera.cx},
-                {"cy", camera.cy},
-                {"transform_matrix", PoseJson(view.camera_from_world)}};
+  Value frame = {{"name", view.name},
+                 {"file_path", PathFrom(view.image, folder)},
+                 {"camera_model", ModelName(camera)},
+                 {"w", camera.width},
+                 {"h", camera.height},
+                 {"fl_x", camera.fx},
+                 {"fl_y", camera.fy},
+                 {"cx", camera.cx},
+                 {"cy", camera.cy},
+                 {"transform_matrix", PoseJson(view.camera_from_world)}};
   for (std::size_t i = 0; i < DistortionNames(camera).size(); ++i) {
     frame[DistortionNames(camera)[i]] = camera.distortion[i];
   }
@@ -176,7 +176,7 @@ bool IsTransformsJson(const fs::path& path) {
 TransformsJson ReadTransformsJson(const fs::path& path) {
   const fs::path file = FileOf(path);
   const JsonObject top(file);
-  if (top.Has("format_version")) top.CheckFormatVersion(kFormatVersion);
+  if (top.Has("format_version")) top.CheckFormatVersion(kTransformsVersion);
   TransformsJson transforms;
   if (top.Has("lost")) transforms.lost = top.Texts("lost");
   for (const JsonObject& frame : top.Objects("frames")) {
@@ -188,7 +188,7 @@ TransformsJson ReadTransformsJson(const fs::path& path) {
     }
     view.camera = ReadCamera({frame, top}, view.image);
     if (frame.Has("depth_file_path")) view.depth = ImagePath(file, frame.Text("depth_file_path"));
-    view.camera_from_world = ReadPose(frame);
+    view.camera_from_world = ReadCameraPose(frame);
     if (frame.Has("grid")) {
       const JsonObject grid = frame.Object("grid");
       view.grid = GridPosition{grid.Whole("row", -1000000, 1000000),
@@ -200,10 +200,11 @@ TransformsJson ReadTransformsJson(const fs::path& path) {
 }
 
 void WriteTransformsJson(const fs::path& file, const TransformsJson& transforms) {
-  json frames = json::array();
+  Value frames = Value::array();
   for (const View& view : transforms.views) frames.push_back(FrameJson(view, file.parent_path()));
-  const json document = {
-      {"format_version", kFormatVersion}, {"frames", std::move(frames)}, {"lost", transforms.lost}};
+  const Value document = {{"format_version", kTransformsVersion},
+                          {"frames", std::move(frames)},
+                          {"lost", transforms.lost}};
   WriteTextAtomically(file, document.dump(1) + "\n");
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kWidth = 448, kCellRows = 5;
+constexpr double kFigureWidth = 448, kCellRows = 5;
 constexpr const char* kInk = "var(--accent)";
 constexpr const char* kBeyond = "#e08a1e";
 constexpr double kLargestMeanPx = 0.03;            // calibration.md section 7
@@ -138,8 +138,8 @@ std::string EscapedHtml(const std::string& text) {
 }
 
 std::string RayFigure(const CalibrationReport& report, const PanelId& panel, double limit_px) {
-  constexpr double kCellWidth = kWidth / kProbedColumns, kCellHeight = 40;
-  std::string svg = Open(kWidth, kCellHeight * kProbedRows,
+  constexpr double kCellWidth = kFigureWidth / kProbedColumns, kCellHeight = 40;
+  std::string svg = Open(kFigureWidth, kCellHeight * kProbedRows,
                          "Standard deviation of rays that meet " + NameOf(panel) + ", px");
   const std::vector<Deviations> places = DeviationsOf(report, panel);
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -159,9 +159,10 @@ std::string RayFigure(const CalibrationReport& report, const PanelId& panel, dou
 }
 
 std::string ResidualFigure(const ResidualMap& map) {
-  constexpr double kCellWidth = kWidth / ResidualMap::kColumns, kCellHeight = 48;
+  constexpr double kCellWidth = kFigureWidth / ResidualMap::kColumns, kCellHeight = 48;
   constexpr double kUnitsPerPx = 20 / kLargestMeanPx;  // an arrow that is allowed fits its cell
-  std::string svg = Open(kWidth, kCellHeight * kCellRows, "Residuals of " + NameOf(map.panel));
+  std::string svg =
+      Open(kFigureWidth, kCellHeight * kCellRows, "Residuals of " + NameOf(map.panel));
   int most = 1;
   for (const ResidualCell& cell : map.cells) most = std::max(most, cell.num_points);
   for (int row = 0; row < ResidualMap::kRows; ++row) {
@@ -190,8 +191,8 @@ std::string DirectionFigure(const CalibrationReport& report) {
   const std::vector<Vector2d> directions = Directions(report);
   double reach = 35;
   for (const Vector2d& at : directions) reach = std::max(reach, at.cwiseAbs().maxCoeff() + 5);
-  const Dial dial{std::min(reach, 90.0), kWidth};
-  std::string svg = Open(kWidth, kWidth, "Directions of the cameras");
+  const Dial dial{std::min(reach, 90.0), kFigureWidth};
+  std::string svg = Open(kFigureWidth, kFigureWidth, "Directions of the cameras");
   DrawDial(svg, dial);
   DrawEyes(svg, dial, report.limits.eye_box);
   for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -212,9 +213,9 @@ std::string Chi2Figure(const std::vector<FitOf>& fits) {
   constexpr double kLeft = 150, kRight = 54, kRow = 26;
   double most = 1.2 * kHighChi2;
   for (const FitOf& fit : fits) most = std::max(most, fit.chi2);
-  const double scale = (kWidth - kLeft - kRight) / most;
+  const double scale = (kFigureWidth - kLeft - kRight) / most;
   const double height = kRow * static_cast<double>(fits.size());
-  std::string svg = Open(kWidth, height, "Chi squared per degree of freedom");
+  std::string svg = Open(kFigureWidth, height, "Chi squared per degree of freedom");
   Add(svg,
       "<rect x=\"{:.1f}\" y=\"0\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"var(--line)\" "
       "fill-opacity=\"0.5\"/>",

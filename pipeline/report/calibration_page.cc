@@ -61,9 +61,9 @@ std::string Verdict(const CalibrationReport& report) {
     html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", name, EscapedHtml(value));
   };
   if (report.rays.sd_px.empty()) {
-    fact("Rays", "no number: some parameters are unknown");
+    fact("RayErrors", "no number: some parameters are unknown");
   } else {
-    fact("Rays are known to",
+    fact("RayErrors are known to",
          fmt::format("{:.4f} px RMS ({} asked for), {:.4f} px at worst ({} asked for)",
                      report.rays.rms_sd_px, report.limits.largest_ray_rms_px, report.rays.max_sd_px,
                      report.limits.largest_ray_max_px));
@@ -91,7 +91,7 @@ std::string Lines(const std::string& title, const std::vector<std::string>& line
   return Section(title, list + "</ul>\n");
 }
 
-std::string Rays(const CalibrationReport& report) {
+std::string RayErrors(const CalibrationReport& report) {
   if (report.rays.sd_px.empty()) return "";
   std::string figures = "<div class=\"figures\">\n";
   for (const ResidualMap& map : report.residuals) {
@@ -162,7 +162,7 @@ std::string CalibrationPage(const SolvedPhotos& solved) {
   const CalibrationReport& report = solved.report;
   const std::string body =
       Verdict(report) + Weaknesses("What the photographs leave open", report.failures) +
-      Weaknesses("What is weak", report.warnings) + Views(report) + Rays(report) +
+      Weaknesses("What is weak", report.warnings) + Views(report) + RayErrors(report) +
       Residuals(report) + Lines("Left out", solved.left_out) +
       Lines("Used, though better ones would help", solved.doubtful) + Parameters(report);
   const std::pair<std::string_view, std::string> parts[] = {

@@ -14,7 +14,7 @@ namespace {
 using testing::Contains;
 using testing::Field;
 
-SceneOptions Small() {
+SceneOptions FewPhotographs() {
   SceneOptions options;
   options.columns = 9;
   options.rows = 6;
@@ -27,7 +27,7 @@ const ResidualMap& MapOf(const CalibrationReport& report, const PanelId& panel) 
 }
 
 TEST(ResidualMaps, AreInThePanelsPixelsWhicheverWayTheCameraIsTurned) {
-  const StandardScene scene = MakeStandardScene(Small());
+  const StandardScene scene = MakeStandardScene(FewPhotographs());
   Observations observations = Noisy(scene.exact, 0.05, 4);
   // A piece of one panel is shown 0.5 of its px to the right of where it should be.
   const PanelId panel{1, PanelId::kEmitter};
@@ -60,7 +60,7 @@ TEST(ResidualMaps, AreInThePanelsPixelsWhicheverWayTheCameraIsTurned) {
 }
 
 TEST(Deviations, AreThoseOfTheParametersByNameAndUnit) {
-  const StandardScene scene = MakeStandardScene(Small());
+  const StandardScene scene = MakeStandardScene(FewPhotographs());
   const CalibrationReport report = Calibrate(Noisy(scene.exact, 0.1, 4), scene.design);
   ASSERT_FALSE(report.deviations.empty());
   for (const ParameterDeviation& deviation : report.deviations) {
@@ -86,7 +86,7 @@ TEST(Deviations, AreThoseOfTheParametersByNameAndUnit) {
 // What taking the photograph that is advised does to the deviation is what was foretold, and more
 // than one from where there were views already.
 TEST(NextView, IsWorthWhatItForetells) {
-  SceneOptions options = Small();
+  SceneOptions options = FewPhotographs();
   options.num_views = 6;
   options.one_side_deg = 20;
   options.yaw_deg = options.pitch_deg = 5;
@@ -115,7 +115,7 @@ TEST(NextView, IsWorthWhatItForetells) {
 
 // Also where the photographs leave directions open, which is when advice is needed most.
 TEST(NextView, IsToldWhereTheDisplayIsNotDetermined) {
-  SceneOptions options = Small();
+  SceneOptions options = FewPhotographs();
   options.num_views = 4;
   options.yaw_deg = options.pitch_deg = 0;
   const StandardScene scene = MakeStandardScene(options);

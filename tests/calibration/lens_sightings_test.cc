@@ -97,7 +97,8 @@ ScreenMap MapOf(const LayerCalibration& layer, const Camera& camera, const Rigid
 }
 
 // Where the camera sees a lens that is at a pixel of the designed panel.
-Vector2d Truth(const Sheet& sheet, const Vector2d& pixel, const Camera& camera, const Rigid& pose) {
+Vector2d TruePixel(const Sheet& sheet, const Vector2d& pixel, const Camera& camera,
+                   const Rigid& pose) {
   const Vector3d at = PanelPoint(sheet.truth.emitter, pixel);
   return *Project(camera, pose * (sheet.truth.display_from_stack * at));
 }
@@ -110,7 +111,7 @@ Errors ErrorsOf(const std::vector<Observation>& points, const Sheet& sheet, cons
                 const Rigid& pose) {
   Errors errors;
   for (const Observation& point : points) {
-    const Vector2d off = point.image_px - Truth(sheet, point.panel_px, camera, pose);
+    const Vector2d off = point.image_px - TruePixel(sheet, point.panel_px, camera, pose);
     errors.rms_px += off.squaredNorm() / 2;
     errors.normalised += off.squaredNorm() / 2 / point.covariance_px2(0, 0);
   }

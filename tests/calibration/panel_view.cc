@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "lightfield/color.h"
+#include "tests/calibration/degree.h"
 
 namespace lamella {
 namespace {
@@ -22,7 +23,6 @@ Vector2d Mapped(const Matrix3d& h, const Vector2d& point) {
 }
 
 Matrix3d Homography(int panel_width, int panel_height, const PanelViewOptions& o) {
-  constexpr double kDegree = std::numbers::pi / 180;
   const Matrix3d turn = (Eigen::AngleAxisd(o.roll_deg * kDegree, Vector3d::UnitZ()) *
                          Eigen::AngleAxisd(o.pitch_deg * kDegree, Vector3d::UnitX()) *
                          Eigen::AngleAxisd(o.yaw_deg * kDegree, Vector3d::UnitY()))

@@ -19,20 +19,20 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kWidth = 1920, kHeight = 1080;
+constexpr int kPanelWidth = 1920, kPanelHeight = 1080;
 constexpr double kSigma = 0.0056;
 
-// Photographs that own their pixels.
-struct Photographs {
+// PhasePhotographs that own their pixels.
+struct PhasePhotographs {
   std::vector<Image<float>> images;
   PhaseCapture capture;
 };
 
 // Every series of the panel, each image made by `photograph(series, step)`.
 template <class Make>
-Photographs AllSeries(Make photograph, Image<float> white, Image<float> black) {
-  Photographs photos;
-  const auto all = PhaseSeriesOf(kWidth, kHeight);
+PhasePhotographs AllSeries(Make photograph, Image<float> white, Image<float> black) {
+  PhasePhotographs photos;
+  const auto all = PhaseSeriesOf(kPanelWidth, kPanelHeight);
   for (const PhaseSeries& series : all) {
     for (int k = 0; k < series.steps; ++k) photos.images.push_back(photograph(series, k));
   }
@@ -46,13 +46,13 @@ Photographs AllSeries(Make photograph, Image<float> white, Image<float> black) {
   photos.capture.white = photos.images.back().span();
   photos.images.push_back(std::move(black));
   photos.capture.black = photos.images.back().span();
-  photos.capture.width_px = kWidth;
-  photos.capture.height_px = kHeight;
+  photos.capture.width_px = kPanelWidth;
+  photos.capture.height_px = kPanelHeight;
   return photos;
 }
 
 // Ideal sinusoids: pixel (x, y) of the photograph sees (u, v) = (x + 0.5, y + 0.5) / 2.2 + where.
-Photographs Ideal(int size, double modulation, const Vector2d& where, std::uint32_t seed) {
+PhasePhotographs Ideal(int size, double modulation, const Vector2d& where, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, kSigma);
   const auto level = [&](double light) {
@@ -81,7 +81,7 @@ Photographs Ideal(int size, double modulation, const Vector2d& where, std::uint3
 TEST(DecodePhase, HasTheErrorOfItsFormulaAndNoWrongFringe) {
   for (const double modulation : {0.8, 0.2}) {
     for (const Vector2d& where : {Vector2d(0, 0), Vector2d(1780, 940)}) {
-      const Photographs photos = Ideal(300, modulation, where, 5);
+      const PhasePhotographs photos = Ideal(300, modulation, where, 5);
       const ScreenMap map = DecodePhase(photos.capture);
       double sum = 0, ratio = 0;
       int count = 0, wrong = 0;
@@ -106,7 +106,7 @@ TEST(DecodePhase, HasTheErrorOfItsFormulaAndNoWrongFringe) {
 }
 
 TEST(DecodePhase, TakesTheGivenNoise) {
-  const Photographs photos = Ideal(60, 0.8, {100, 100}, 1);
+  const PhasePhotographs photos = Ideal(60, 0.8, {100, 100}, 1);
   const ScreenMap estimated = DecodePhase(photos.capture);
   const ScreenMap given = DecodePhase(photos.capture, SensorNoise{0, 4 * kSigma * kSigma});
   const ScreenMap shot = DecodePhase(photos.capture, SensorNoise{kSigma * kSigma / 0.45, 0});
@@ -115,15 +115,15 @@ TEST(DecodePhase, TakesTheGivenNoise) {
 }
 
 // A panel's staircase through a blurred camera, 2.2 px per panel px, in perspective.
-Photographs Rendered(const PanelView& view, const PhotoNoise& noise) {
+PhasePhotographs Rendered(const PanelView& view, const PhotoNoise& noise) {
   std::uint32_t seed = 1;
   const auto shown = [&](const Image<Rgb8>& codes) {
     return Exposed(view.Photograph(codes.span()).span(), noise, seed++);
   };
   return AllSeries([&](const PhaseSeries& series,
-                       int k) { return shown(DrawPhase(kWidth, kHeight, series, k)); },
-                   shown(Image<Rgb8>(kWidth, kHeight, {255, 255, 255})),
-                   shown(Image<Rgb8>(kWidth, kHeight)));
+                       int k) { return shown(DrawPhase(kPanelWidth, kPanelHeight, series, k)); },
+                   shown(Image<Rgb8>(kPanelWidth, kPanelHeight, {255, 255, 255})),
+                   shown(Image<Rgb8>(kPanelWidth, kPanelHeight)));
 }
 
 TEST(ObserveNodes, AreWithinThousandthsOfAPixel) {
@@ -136,8 +136,8 @@ TEST(ObserveNodes, AreWithinThousandthsOfAPixel) {
   options.focal_px = 4000;
   options.middle_u = 0.7;
   options.middle_v = 0.4;
-  const PanelView view(kWidth, kHeight, options);
-  const Photographs photos = Rendered(view, {0.02, 0.85, kSigma, false});
+  const PanelView view(kPanelWidth, kPanelHeight, options);
+  const PhasePhotographs photos = Rendered(view, {0.02, 0.85, kSigma, false});
   const ScreenMap map = DecodePhase(photos.capture);
   // Per pixel: random and staircase.
   double sum = 0;
@@ -180,7 +180,7 @@ TEST(ObserveNodes, AreWithinThousandthsOfAPixel) {
 
 // An amplitude of two standard deviations: one pixel is 0.64 px wrong, and a whole period often.
 TEST(DecodePeriod, IsTheFinePhaseOfFaintSinusoids) {
-  const Photographs photos = Ideal(120, 2 * kSigma / 0.45, {300, 500}, 3);
+  const PhasePhotographs photos = Ideal(120, 2 * kSigma / 0.45, {300, 500}, 3);
   const ScreenMap whole = DecodePhase(photos.capture), fine = DecodePeriod(photos.capture, 16);
   double sum = 0, ratio = 0;
   int count = 0, whole_count = 0;
@@ -203,7 +203,7 @@ TEST(DecodePeriod, IsTheFinePhaseOfFaintSinusoids) {
 }
 
 TEST(DecodePhase, LeavesOutWhatIsDarkOrOverexposed) {
-  Photographs photos = Ideal(80, 0.8, {500, 500}, 2);
+  PhasePhotographs photos = Ideal(80, 0.8, {500, 500}, 2);
   for (Image<float>& image : photos.images) {
     for (int y = 0; y < 80; ++y) {
       for (int x = 0; x < 20; ++x) image(x, y) = 0.01F;
@@ -220,7 +220,7 @@ TEST(DecodePhase, LeavesOutWhatIsDarkOrOverexposed) {
 
 TEST(DecodePhase, RefusesWhatIsNotWhole) {
   const auto refusal = [](auto change) {
-    Photographs photos = Ideal(8, 0.8, {500, 500}, 2);
+    PhasePhotographs photos = Ideal(8, 0.8, {500, 500}, 2);
     change(photos.capture);
     try {
       DecodePhase(photos.capture);

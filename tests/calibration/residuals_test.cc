@@ -16,7 +16,7 @@ namespace lamella {
 namespace {
 
 // The state that is the scene's truth.
-CalibrationState Truth(const StandardScene& scene, const Structure& structure) {
+CalibrationState TrueState(const StandardScene& scene, const Structure& structure) {
   Structure true_structure = structure;
   true_structure.design = scene.truth;
   CalibrationState state = StateOfDesign(true_structure, scene.exact);
@@ -44,7 +44,7 @@ double HalfCost(const CalibrationState& state, const Structure& structure,
   return cost;
 }
 
-SceneOptions Small() {
+SceneOptions TwoViews() {
   SceneOptions options;
   options.num_views = 3;
   options.columns = 7;
@@ -59,7 +59,7 @@ SceneOptions Small() {
 class ForwardModel : public testing::TestWithParam<std::tuple<double, double, double>> {
  protected:
   static SceneOptions Options() {
-    SceneOptions options = Small();
+    SceneOptions options = TwoViews();
     std::tie(options.bow_mm, options.plate_mm, options.index) = GetParam();
     options.design_plate_mm = options.plate_mm;
     return options;
@@ -70,7 +70,7 @@ TEST_P(ForwardModel, PutsPointsWhereLinesOfSightMeetThem) {
   const StandardScene scene = MakeStandardScene(Options());
   const Structure structure = StructureOf(scene.exact, scene.design);
   ASSERT_EQ(structure.reference, (PanelId{1, PanelId::kModulator}));
-  const CalibrationState state = Truth(scene, structure);
+  const CalibrationState state = TrueState(scene, structure);
   double worst = 0;
   std::size_t num = 0;
   for (const Eigen::Matrix2Xd& residuals : WhitenedResiduals(state, structure, scene.exact)) {
@@ -84,7 +84,7 @@ TEST_P(ForwardModel, PutsPointsWhereLinesOfSightMeetThem) {
 TEST_P(ForwardModel, HasTheDerivativesOfItsDifferences) {
   const StandardScene scene = MakeStandardScene(Options());
   const Structure structure = StructureOf(scene.exact, scene.design);
-  CalibrationState state = Truth(scene, structure);
+  CalibrationState state = TrueState(scene, structure);
   for (std::size_t i = 0; i < state.slips_px.size(); ++i) state.slips_px[i] << 0.1, -0.2;
   const FreeGroups all{true, true, true, true, true, true, true};
   const Columns columns = ColumnsOf(structure, all, scene.exact);
@@ -120,13 +120,13 @@ INSTANTIATE_TEST_SUITE_P(EveryFlag, ForwardModel,
 
 // Each column of each point's Jacobian, without sums that could hide one another.
 TEST(ForwardModelJacobian, IsThatOfDifferencesAtEveryPoint) {
-  SceneOptions options = Small();
+  SceneOptions options = TwoViews();
   options.num_views = 1;
   options.bow_mm = 0.3;
   options.plate_mm = options.design_plate_mm = 2;
   const StandardScene scene = MakeStandardScene(options);
   const Structure structure = StructureOf(scene.exact, scene.design);
-  const CalibrationState state = Truth(scene, structure);
+  const CalibrationState state = TrueState(scene, structure);
   const FreeGroups all{true, true, true, true, true, true, true};
   const Columns columns = ColumnsOf(structure, all, scene.exact);
   const Weighting weighting;

@@ -70,14 +70,15 @@ Errors ErrorsOf(const PanelViewOptions& options, const PhotoNoise& noise, int ha
   return errors;
 }
 
-struct Case {
+struct SaddleCase {
   double blur_px, roll_deg, yaw_deg, scale;
 };
 
 // calibration.md section 4: at most 0.05 px, bias under 0.01 px, up to a blur of 1.5 px.
 TEST(RefineSaddle, IsWithinAFewHundredthsOfAPixel) {
-  for (const Case& c : {Case{0.7, 3, 0, 1}, Case{1, 30, 20, 0.9}, Case{1.5, 90, -20, 1},
-                        Case{1.5, 45, 0, 1.1}, Case{0.7, 0, 15, 0.8}}) {
+  for (const SaddleCase& c :
+       {SaddleCase{0.7, 3, 0, 1}, SaddleCase{1, 30, 20, 0.9}, SaddleCase{1.5, 90, -20, 1},
+        SaddleCase{1.5, 45, 0, 1.1}, SaddleCase{0.7, 0, 15, 0.8}}) {
     PanelViewOptions options;
     options.blur_px = c.blur_px;
     options.roll_deg = c.roll_deg;

@@ -10,12 +10,12 @@
 
 #include "calibration/lattice.h"
 #include "lightfield/calibration.h"
+#include "tests/calibration/degree.h"
 
 namespace lamella {
 
 constexpr double kSheetPixel = 0.0784;  // mm; 324 per inch
 constexpr int kSheetWidth = 1536, kSheetHeight = 2048;
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Lens centres (i + phase 0) b1 + (j + phase 1) b2; a line's lenses run along b2 everywhere.
 struct Sheet {

@@ -6,14 +6,13 @@
 #include <string>
 
 #include "lightfield/panel_rays.h"
+#include "tests/calibration/degree.h"
 
 namespace lamella {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 PanelCalibration Panel(bool mirrored) {
   PanelCalibration panel;

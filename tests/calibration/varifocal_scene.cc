@@ -5,13 +5,14 @@
 #include <random>
 #include <string>
 
+#include "tests/calibration/degree.h"
+
 namespace lamella {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSpacingMm = 8.2, kPitchMm = 0.1631;
 constexpr int kWidthPx = 1024, kHeightPx = 768;
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "lightfield/error.h"
+#include "tests/calibration/degree.h"
 
 namespace lamella {
 namespace {
@@ -45,7 +46,6 @@ struct View {
 
 std::vector<WhiteReading> Photographed(const Truth& truth, const std::vector<View>& views,
                                        double noise) {
-  constexpr double kDegree = 0.017453292519943295;
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
   std::vector<WhiteReading> readings;

@@ -14,33 +14,34 @@
 namespace lamella {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kReferenceDegree = std::numbers::pi / 180;
 constexpr int kSamples = 256;
 
-struct Scene {
+struct ReferenceScene {
   reference::PlanarPanel panel;
   reference::PlanarCamera camera;
   double tilt_x = 0, tilt_y = 0, turn_z = 0;  // of the panel: AboutZ * AboutY * AboutX
 };
 
 // Two camera pixels per panel pixel and some, nothing on the raster.
-Scene SceneOf(const std::string& name) {
-  Scene scene;
+ReferenceScene ReferenceSceneOf(const std::string& name) {
+  ReferenceScene scene;
   scene.panel = {40, 30, 0.5, false, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0.313, -0.217, 3.7}};
   if (name == "mirrored") scene.panel.mirrored = true;
   if (name == "tilted") {
-    scene.tilt_x = -11 * kDegree;
-    scene.tilt_y = 23 * kDegree;
-    scene.turn_z = 7 * kDegree;
+    scene.tilt_x = -11 * kReferenceDegree;
+    scene.tilt_y = 23 * kReferenceDegree;
+    scene.turn_z = 7 * kReferenceDegree;
     scene.panel.rotation = reference::Times(
         reference::AboutZ(scene.turn_z),
         reference::Times(reference::AboutY(scene.tilt_y), reference::AboutX(scene.tilt_x)));
   }
-  scene.camera = {120, 96, 470, 61.3, 47.2, reference::AboutX(180 * kDegree), {4, -3, 110}};
+  scene.camera = {120,         96, 470, 61.3, 47.2, reference::AboutX(180 * kReferenceDegree),
+                  {4, -3, 110}};
   // Looks a little aside, so that the camera's rotation is used as well.
-  scene.camera.rotation =
-      reference::Times(reference::AboutZ(1.3 * kDegree),
-                       reference::Times(reference::AboutY(-2 * kDegree), scene.camera.rotation));
+  scene.camera.rotation = reference::Times(
+      reference::AboutZ(1.3 * kReferenceDegree),
+      reference::Times(reference::AboutY(-2 * kReferenceDegree), scene.camera.rotation));
   return scene;
 }
 
@@ -50,7 +51,7 @@ Eigen::Quaterniond AboutAxes(double x, double y, double z) {
          Eigen::AngleAxisd(x, Eigen::Vector3d::UnitX());
 }
 
-Image<Rgb> ByPrototype(const Scene& scene, const Image<float>& light, int samples) {
+Image<Rgb> ByPrototype(const ReferenceScene& scene, const Image<float>& light, int samples) {
   Prototype prototype;
   LayerCalibration layer;
   layer.emitter.width_px = scene.panel.width;
@@ -72,9 +73,9 @@ Image<Rgb> ByPrototype(const Scene& scene, const Image<float>& light, int sample
       CameraModel::kPinhole, scene.camera.width, scene.camera.height, scene.camera.focal,
       scene.camera.focal,    scene.camera.cx,    scene.camera.cy,     {}};
   camera.camera_from_display.rotation =
-      AboutAxes(0, -2 * kDegree, 0) * AboutAxes(180 * kDegree, 0, 0);
+      AboutAxes(0, -2 * kReferenceDegree, 0) * AboutAxes(180 * kReferenceDegree, 0, 0);
   camera.camera_from_display.rotation =
-      AboutAxes(0, 0, 1.3 * kDegree) * camera.camera_from_display.rotation;
+      AboutAxes(0, 0, 1.3 * kReferenceDegree) * camera.camera_from_display.rotation;
   const auto& c = scene.camera.position;
   camera.camera_from_display.translation =
       -(camera.camera_from_display.rotation * Eigen::Vector3d(c[0], c[1], c[2]));
@@ -135,7 +136,7 @@ reference::Point2 FittedEnds(const std::vector<double>& y) {
 class PrototypeAgainstHomography : public testing::TestWithParam<const char*> {};
 
 TEST_P(PrototypeAgainstHomography, SeesTheSameLightWithinAThousandthOfWhite) {
-  const Scene scene = SceneOf(GetParam());
+  const ReferenceScene scene = ReferenceSceneOf(GetParam());
   const Image<float> light = Noise(scene.panel.width, scene.panel.height);
   const std::vector<double> exact = reference::RenderPlane(scene.panel, light, scene.camera);
   const Image<Rgb> photograph = ByPrototype(scene, light, kSamples);
@@ -155,7 +156,7 @@ TEST_P(PrototypeAgainstHomography, SeesTheSameLightWithinAThousandthOfWhite) {
 }
 
 TEST_P(PrototypeAgainstHomography, PutsEdgesWithinAHundredthOfAPixel) {
-  const Scene scene = SceneOf(GetParam());
+  const ReferenceScene scene = ReferenceSceneOf(GetParam());
   for (const bool columns : {true, false}) {
     const Image<float> light = HalfLit(scene.panel.width, scene.panel.height, columns);
     const std::vector<double> exact = reference::RenderPlane(scene.panel, light, scene.camera);

@@ -11,11 +11,11 @@
 namespace lamella {
 namespace {
 
-struct Moments {
+struct SensorMoments {
   double mean = 0, variance = 0;
 };
 
-Moments MomentsOf(const Image<Rgb>& image) {
+SensorMoments SensorMomentsOf(const Image<Rgb>& image) {
   double sum = 0, squares = 0;
   const double n = 3 * static_cast<double>(image.size());
   for (std::size_t i = 0; i < image.size(); ++i) {
@@ -33,7 +33,7 @@ TEST(Sensor, HasTheVarianceOfShotAndReadNoise) {
   sensor.exposure = 2;
   sensor.full_well_e = 5000;
   sensor.read_noise_e = 20;
-  const Moments moments = MomentsOf(Develop(light.span(), sensor, 7));
+  const SensorMoments moments = SensorMomentsOf(Develop(light.span(), sensor, 7));
   const double variance = (0.4 * 5000 + 400) / (5000.0 * 5000);
   const double n = 180000;
   EXPECT_NEAR(moments.mean, 0.4, 5 * std::sqrt(variance / n));

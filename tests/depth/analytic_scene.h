@@ -41,9 +41,10 @@ struct Hit {
   double t = std::numeric_limits<double>::infinity();  // along the ray's direction
 };
 
-class Scene : public RaySource {
+class PlaneScene : public RaySource {
  public:
-  explicit Scene(std::vector<TexturedRectangle> rectangles) : rectangles_(std::move(rectangles)) {}
+  explicit PlaneScene(std::vector<TexturedRectangle> rectangles)
+      : rectangles_(std::move(rectangles)) {}
 
   // `from`: smallest t that counts; rays of a direction come from behind the viewer's plane.
   Hit Trace(const Ray& ray, double from = 0) const {
@@ -117,7 +118,7 @@ inline Rigid PoseAt(const Eigen::Vector3d& centre, double angle = 0) {
 }
 
 // A slanted back wall and a rectangle in front of it.
-inline Scene TwoPlanes() {
+inline PlaneScene TwoPlanes() {
   TexturedRectangle wall;
   wall.centre = {0, 0, 9};
   wall.u = Eigen::Vector3d(1, 0, 0.2).normalized();
@@ -128,7 +129,7 @@ inline Scene TwoPlanes() {
   front.wavelength = 0.3;
   front.phase = 1;
   front.brightness = 0.25;
-  return Scene({wall, front});
+  return PlaneScene({wall, front});
 }
 
 }  // namespace lamella::testing_scene

@@ -16,7 +16,7 @@
 namespace lamella {
 namespace {
 
-constexpr int kSide = 9, kCentre = 40, kBorder = 15;
+constexpr int kSide = 9, kCentre = 40, kUnscored = 15;
 
 class Antinous : public testing::Test {
  protected:
@@ -55,8 +55,8 @@ class Antinous : public testing::Test {
   double BadPix(const DisparityMap& map) const {
     const Image<float> truth = ReadPfm(folder_ / "gt_disp_lowres.pfm");
     double bad = 0, pixels = 0;
-    for (int y = kBorder; y < truth.height() - kBorder; ++y) {
-      for (int x = kBorder; x < truth.width() - kBorder; ++x, ++pixels) {
+    for (int y = kUnscored; y < truth.height() - kUnscored; ++y) {
+      for (int x = kUnscored; x < truth.width() - kUnscored; ++x, ++pixels) {
         bad += std::abs(map.disparity(x, y) - truth(x, y)) > 0.07F ? 1 : 0;
       }
     }

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kTileColumns = 256, kHalo = 3;  // of depth/plane_sweep.cc: where rows begin
 
-SweepImage RandomImage(int width, int height, unsigned seed) {
+SweepImage RandomSweepImage(int width, int height, unsigned seed) {
   std::mt19937 random(seed);
   Image<std::uint8_t> luma(width, height);
   for (std::size_t i = 0; i < luma.size(); ++i)
@@ -44,11 +44,11 @@ struct Scenario {
 
 class SweepScenario {
  public:
-  explicit SweepScenario(const Scenario& s) : reference(RandomImage(s.width, s.height, 1)) {
+  explicit SweepScenario(const Scenario& s) : reference(RandomSweepImage(s.width, s.height, 1)) {
     std::mt19937 random(9);
     images.reserve(static_cast<std::size_t>(s.sources));
     for (int i = 0; i < s.sources; ++i) {
-      images.push_back(RandomImage(s.width, s.height, 2U + static_cast<unsigned>(i)));
+      images.push_back(RandomSweepImage(s.width, s.height, 2U + static_cast<unsigned>(i)));
       sources.push_back(RandomSource(images.back(), s.turn, random));
     }
   }

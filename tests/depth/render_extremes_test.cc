@@ -11,8 +11,8 @@ namespace lamella {
 namespace {
 
 using testing_scene::PinholeOf;
+using testing_scene::PlaneScene;
 using testing_scene::PoseAt;
-using testing_scene::Scene;
 using testing_scene::TwoPlanes;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -53,7 +53,7 @@ template <class Change>
 std::unique_ptr<RaySource> SourceOf(const std::vector<Eigen::Vector3d>& centres, Change change,
                                     int width = 48, int height = 40, double focal = 50) {
   std::vector<DepthView> views;
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   for (const Eigen::Vector3d& centre : centres) {
     views.push_back(scene.Capture(PinholeOf(width, height, focal), PoseAt(centre)));
     change(views.back());
@@ -213,7 +213,7 @@ TEST(CaptureSourceExtremes, GrazingPlanes) {
 }
 
 TEST(CaptureSourceExtremes, WidePictures) {
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   std::vector<DepthView> views;
   views.push_back(scene.Capture(PinholeOf(30000, 2, 20000), PoseAt({0, 0, 0})));
   const auto source = CaptureSource(std::move(views), {});

@@ -14,11 +14,11 @@ namespace lamella {
 namespace {
 
 using testing_scene::PinholeOf;
+using testing_scene::PlaneScene;
 using testing_scene::PoseAt;
-using testing_scene::Scene;
 using testing_scene::TwoPlanes;
 
-constexpr int kWidth = 160, kHeight = 120;
+constexpr int kRenderWidth = 160, kRenderHeight = 120;
 constexpr double kFocal = 150;
 
 Eigen::Vector3d CentreOf(int i) {
@@ -27,11 +27,12 @@ Eigen::Vector3d CentreOf(int i) {
 }
 
 // Nine views on a square of side 0.8, each slightly turned.
-std::vector<DepthView> NineViews(const Scene& scene, const Eigen::Vector3d& offset = {0, 0, 0}) {
+std::vector<DepthView> NineViews(const PlaneScene& scene,
+                                 const Eigen::Vector3d& offset = {0, 0, 0}) {
   std::vector<DepthView> views;
   for (int i = 0; i < 9; ++i) {
     const Rigid pose = PoseAt(CentreOf(i), -0.01 * (i % 3 - 1));
-    DepthView view = scene.Capture(PinholeOf(kWidth, kHeight, kFocal), pose);
+    DepthView view = scene.Capture(PinholeOf(kRenderWidth, kRenderHeight, kFocal), pose);
     view.view.name = "view" + std::to_string(i);
     view.view.camera_from_world.translation -= pose.rotation * offset;
     views.push_back(std::move(view));
@@ -39,7 +40,7 @@ std::vector<DepthView> NineViews(const Scene& scene, const Eigen::Vector3d& offs
   return views;
 }
 
-Image<RaySample> QueryAll(const RaySource& source, const RayBundle& bundle) {
+Image<RaySample> QueryWhole(const RaySource& source, const RayBundle& bundle) {
   Image<RaySample> samples(bundle.width, bundle.height);
   source.Query(bundle, {0, 0, bundle.width, bundle.height}, samples.span());
   return samples;
@@ -86,30 +87,31 @@ bool SameBytes(const RaySample& a, const RaySample& b) {
 }
 
 RayBundle NewView() {
-  return BundleOfCamera(PinholeOf(kWidth, kHeight, kFocal), PoseAt({0.17, -0.12, 0.1}, 0.02));
+  return BundleOfCamera(PinholeOf(kRenderWidth, kRenderHeight, kFocal),
+                        PoseAt({0.17, -0.12, 0.1}, 0.02));
 }
 
 TEST(CaptureSource, RendersANewViewOfTwoPlanesLikeTheTruth) {
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   const auto source = CaptureSource(NineViews(scene), {});
-  const Errors e = Compare(QueryAll(*source, NewView()), QueryAll(scene, NewView()));
+  const Errors e = Compare(QueryWhole(*source, NewView()), QueryWhole(scene, NewView()));
   EXPECT_GT(e.color_psnr, 55);
   EXPECT_LT(e.worst_z, 0.01);
   EXPECT_GT(e.mean_coverage, 0.999);
 }
 
 // What is in front hides little: parallel rays look past it where cameras do.
-Scene ShallowScene() {
+PlaneScene ShallowScene() {
   testing_scene::TexturedRectangle wall, front;
   wall.centre = {0, 0, 9};
   wall.u = Eigen::Vector3d(1, 0, 0.2).normalized();
   front.centre = {0.2, -0.1, 7.6};
   front.half_u = front.half_v = 0.4;
   front.phase = 1;
-  return Scene({wall, front});
+  return PlaneScene({wall, front});
 }
 
-bool SeenBySome(const Scene& scene, const Eigen::Vector3d& point) {
+bool SeenBySome(const PlaneScene& scene, const Eigen::Vector3d& point) {
   for (int i = 0; i < 9; ++i) {
     const Eigen::Vector3d centre = CentreOf(i);
     if (std::abs(scene.Trace({centre, point - centre}).t - 1) < 1e-6) return true;
@@ -118,7 +120,7 @@ bool SeenBySome(const Scene& scene, const Eigen::Vector3d& point) {
 }
 
 TEST(CaptureSource, RendersADirectionBundleLikeTheTruth) {
-  const Scene scene = ShallowScene();
+  const PlaneScene scene = ShallowScene();
   const auto source = CaptureSource(NineViews(scene), {});
   RayBundle bundle;
   bundle.centre << 0.02, -0.03, -1, 0;
@@ -127,7 +129,7 @@ TEST(CaptureSource, RendersADirectionBundleLikeTheTruth) {
   bundle.dy = {0, 0.04, 0};
   bundle.width = 80;
   bundle.height = 60;
-  Image<RaySample> samples = QueryAll(*source, bundle), truth = QueryAll(scene, bundle);
+  Image<RaySample> samples = QueryWhole(*source, bundle), truth = QueryWhole(scene, bundle);
   int hidden = 0;
   for (int y = 0; y < bundle.height; ++y) {
     for (int x = 0; x < bundle.width; ++x) {
@@ -155,7 +157,7 @@ TEST(CaptureSource, DirectionBundlesEqualBundlesOfAFarPoint) {
   RayBundle point = direction;
   point.centre.head<3>() = point.PlanePoint(60, 45) + 1e7 * direction.centre.head<3>();
   point.centre.w() = 1;
-  const Image<RaySample> a = QueryAll(*source, direction), b = QueryAll(*source, point);
+  const Image<RaySample> a = QueryWhole(*source, direction), b = QueryWhole(*source, point);
   double color = 0;
   int far_off = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -168,27 +170,27 @@ TEST(CaptureSource, DirectionBundlesEqualBundlesOfAFarPoint) {
 }
 
 TEST(CaptureSource, FinerRaysThanPixelsLeaveNoCracks) {
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   const auto source = CaptureSource(NineViews(scene), {});
-  RayBundle bundle =
-      BundleOfCamera(PinholeOf(8 * kWidth, 8 * kHeight, 8 * kFocal), PoseAt({0.17, -0.12, 0.1}));
-  bundle.origin = bundle.PlanePoint(3 * kWidth, 3 * kHeight);
-  bundle.width = 2 * kWidth;
-  bundle.height = 2 * kHeight;
-  const Errors e = Compare(QueryAll(*source, bundle), QueryAll(scene, bundle));
+  RayBundle bundle = BundleOfCamera(PinholeOf(8 * kRenderWidth, 8 * kRenderHeight, 8 * kFocal),
+                                    PoseAt({0.17, -0.12, 0.1}));
+  bundle.origin = bundle.PlanePoint(3 * kRenderWidth, 3 * kRenderHeight);
+  bundle.width = 2 * kRenderWidth;
+  bundle.height = 2 * kRenderHeight;
+  const Errors e = Compare(QueryWhole(*source, bundle), QueryWhole(scene, bundle));
   EXPECT_GT(e.color_psnr, 50);
   EXPECT_LT(e.worst_z, 0.01);
 }
 
 // The mean colour of the truth over a ray's cell.
-Image<RaySample> AreaTruth(const Scene& scene, const RayBundle& bundle, int samples) {
+Image<RaySample> AreaTruth(const PlaneScene& scene, const RayBundle& bundle, int samples) {
   RayBundle fine = bundle;
   fine.dx /= samples;
   fine.dy /= samples;
   fine.width *= samples;
   fine.height *= samples;
-  const Image<RaySample> all = QueryAll(scene, fine);
-  Image<RaySample> mean = QueryAll(scene, bundle);
+  const Image<RaySample> all = QueryWhole(scene, fine);
+  Image<RaySample> mean = QueryWhole(scene, bundle);
   for (int y = 0; y < bundle.height; ++y) {
     for (int x = 0; x < bundle.width; ++x) {
       Rgb sum;
@@ -207,7 +209,7 @@ TEST(CaptureSource, CoarserRaysThanPixelsAverageTheirFootprint) {
     wall.centre = {0, 0, 9};
     wall.u = Eigen::Vector3d(1, 0, 0.2).normalized();
     wall.wavelength = wavelength;
-    const Scene scene({wall});
+    const PlaneScene scene({wall});
     const auto source = CaptureSource(NineViews(scene), {});
     for (const int factor : {2, 3, 4}) {
       RayBundle coarse = NewView();
@@ -215,7 +217,7 @@ TEST(CaptureSource, CoarserRaysThanPixelsAverageTheirFootprint) {
       coarse.dy *= factor;
       coarse.width /= factor;
       coarse.height /= factor;
-      const Errors e = Compare(QueryAll(*source, coarse), AreaTruth(scene, coarse, 2 * factor));
+      const Errors e = Compare(QueryWhole(*source, coarse), AreaTruth(scene, coarse, 2 * factor));
       EXPECT_GT(e.color_psnr, wavelength > 1 ? 40 : 20) << wavelength << " " << factor;
       EXPECT_LT(e.worst_z, 0.05) << factor;
     }
@@ -225,7 +227,7 @@ TEST(CaptureSource, CoarserRaysThanPixelsAverageTheirFootprint) {
 TEST(CaptureSource, ARectangleNeverChangesAValue) {
   const auto source = CaptureSource(NineViews(TwoPlanes()), {});
   const RayBundle bundle = NewView();
-  const Image<RaySample> whole = QueryAll(*source, bundle);
+  const Image<RaySample> whole = QueryWhole(*source, bundle);
   for (const int side : {1, 7, 45}) {
     for (int y = 0; y < bundle.height; y += 3 * side) {
       for (int x = side / 2; x < bundle.width; x += 5 * side) {
@@ -245,9 +247,9 @@ TEST(CaptureSource, ARectangleNeverChangesAValue) {
 
 TEST(CaptureSource, ResultsDoNotDependOnTheNumberOfThreads) {
   const RayBundle bundle = NewView();
-  const Image<RaySample> many = QueryAll(*CaptureSource(NineViews(TwoPlanes()), {}), bundle);
+  const Image<RaySample> many = QueryWhole(*CaptureSource(NineViews(TwoPlanes()), {}), bundle);
   const ThreadLimit one(1);
-  const Image<RaySample> single = QueryAll(*CaptureSource(NineViews(TwoPlanes()), {}), bundle);
+  const Image<RaySample> single = QueryWhole(*CaptureSource(NineViews(TwoPlanes()), {}), bundle);
   for (std::size_t i = 0; i < many.size(); ++i) {
     ASSERT_TRUE(SameBytes(many.data()[i], single.data()[i]));
   }
@@ -256,10 +258,11 @@ TEST(CaptureSource, ResultsDoNotDependOnTheNumberOfThreads) {
 TEST(CaptureSource, WorldCoordinatesFarFromTheOriginChangeNothing) {
   const Eigen::Vector3d far(1e7, -1e7, 3e6);
   RayBundle bundle = NewView();
-  const Image<RaySample> here = QueryAll(*CaptureSource(NineViews(TwoPlanes()), {}), bundle);
+  const Image<RaySample> here = QueryWhole(*CaptureSource(NineViews(TwoPlanes()), {}), bundle);
   bundle.centre.head<3>() += far;
   bundle.origin += far;
-  const Image<RaySample> there = QueryAll(*CaptureSource(NineViews(TwoPlanes(), far), {}), bundle);
+  const Image<RaySample> there =
+      QueryWhole(*CaptureSource(NineViews(TwoPlanes(), far), {}), bundle);
   const Errors e = Compare(there, here);
   EXPECT_GT(e.color_psnr, 90);
   EXPECT_LT(e.worst_z, 1e-3);
@@ -267,25 +270,26 @@ TEST(CaptureSource, WorldCoordinatesFarFromTheOriginChangeNothing) {
 
 TEST(CaptureSource, RaysThatNoViewSawAreMarkedAndKeepAPlausibleColour) {
   // One view: what the front rectangle hides from it is unknown from the side.
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   std::vector<DepthView> one;
-  one.push_back(scene.Capture(PinholeOf(kWidth, kHeight, kFocal), PoseAt({0, 0, 0})));
+  one.push_back(scene.Capture(PinholeOf(kRenderWidth, kRenderHeight, kFocal), PoseAt({0, 0, 0})));
   const auto source = CaptureSource(std::move(one), {});
-  const RayBundle bundle = BundleOfCamera(PinholeOf(kWidth, kHeight, kFocal), PoseAt({0.8, 0, 0}));
-  const Image<RaySample> samples = QueryAll(*source, bundle);
+  const RayBundle bundle =
+      BundleOfCamera(PinholeOf(kRenderWidth, kRenderHeight, kFocal), PoseAt({0.8, 0, 0}));
+  const Image<RaySample> samples = QueryWhole(*source, bundle);
   // Seen by the view at the origin: in its picture, and nothing before it.
-  Image<int> seen(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  Image<int> seen(kRenderWidth, kRenderHeight);
+  for (int y = 0; y < kRenderHeight; ++y) {
+    for (int x = 0; x < kRenderWidth; ++x) {
       const Ray ray = bundle.RayAt(x + 0.5, y + 0.5);
       const Eigen::Vector3d point = ray.origin + scene.Trace(ray).t * ray.direction;
-      const bool inside = std::abs(kFocal * point.x() / point.z()) < 0.5 * kWidth;
+      const bool inside = std::abs(kFocal * point.x() / point.z()) < 0.5 * kRenderWidth;
       seen(x, y) = inside && std::abs(scene.Trace({{0, 0, 0}, point}).t - 1) < 1e-6 ? 1 : 0;
     }
   }
   int seen_count = 0, unseen_count = 0, wrong = 0;
-  for (int y = 2; y < kHeight - 2; ++y) {
-    for (int x = 2; x < kWidth - 2; ++x) {
+  for (int y = 2; y < kRenderHeight - 2; ++y) {
+    for (int x = 2; x < kRenderWidth - 2; ++x) {
       EXPECT_GT(samples(x, y).color.g, 0.01F);
       int around = 0;
       for (int i = 0; i < 25; ++i) around += seen(x + i % 5 - 2, y + i / 5 - 2);
@@ -300,7 +304,7 @@ TEST(CaptureSource, RaysThatNoViewSawAreMarkedAndKeepAPlausibleColour) {
 }
 
 TEST(CaptureSource, LeavesOutWhatNoViewSawWhereItIsNotGuessed) {
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   RenderOptions seen_only;
   seen_only.guess_unseen = false;
   const auto views = [&] {
@@ -313,9 +317,10 @@ TEST(CaptureSource, LeavesOutWhatNoViewSawWhereItIsNotGuessed) {
     return made;
   };
   // Looks past the pictures, too.
-  const RayBundle bundle = BundleOfCamera(PinholeOf(kWidth, kHeight, kFocal), PoseAt({1.1, 0, 0}));
-  const Image<RaySample> all = QueryAll(*CaptureSource(views(), {}), bundle);
-  const Image<RaySample> some = QueryAll(*CaptureSource(views(), seen_only), bundle);
+  const RayBundle bundle =
+      BundleOfCamera(PinholeOf(kRenderWidth, kRenderHeight, kFocal), PoseAt({1.1, 0, 0}));
+  const Image<RaySample> all = QueryWhole(*CaptureSource(views(), {}), bundle);
+  const Image<RaySample> some = QueryWhole(*CaptureSource(views(), seen_only), bundle);
   int seen = 0, unseen = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const RaySample &a = all.data()[i], &b = some.data()[i];
@@ -335,7 +340,7 @@ TEST(CaptureSource, LeavesOutWhatNoViewSawWhereItIsNotGuessed) {
 }
 
 TEST(CaptureSource, KeepsColoursNoFinerThanTheRaysNeed) {
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   RayBundle coarse = NewView();
   coarse.dx *= 4;
   coarse.dy *= 4;
@@ -344,8 +349,8 @@ TEST(CaptureSource, KeepsColoursNoFinerThanTheRaysNeed) {
   RenderOptions known;
   known.rays = coarse;
   std::vector<DepthView> with = NineViews(scene), without = NineViews(scene);
-  const Image<RaySample> a = QueryAll(*CaptureSource(std::move(with), known), coarse);
-  const Image<RaySample> b = QueryAll(*CaptureSource(std::move(without), {}), coarse);
+  const Image<RaySample> a = QueryWhole(*CaptureSource(std::move(with), known), coarse);
+  const Image<RaySample> b = QueryWhole(*CaptureSource(std::move(without), {}), coarse);
   for (std::size_t i = 0; i < a.size(); ++i) {
     ASSERT_NEAR(a.data()[i].color.g, b.data()[i].color.g, 4e-3F);
     ASSERT_EQ(a.data()[i].coverage, b.data()[i].coverage);
@@ -374,7 +379,7 @@ TEST(CaptureSource, AllocatesNoMoreForAQueryThanItSays) {
 }
 
 TEST(CaptureSource, AnUnknownDepthIsNoSurface) {
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   std::vector<DepthView> views = NineViews(scene);
   for (DepthView& v : views) {
     for (int y = 30; y < 60; ++y) {
@@ -382,12 +387,12 @@ TEST(CaptureSource, AnUnknownDepthIsNoSurface) {
     }
   }
   const auto source = CaptureSource(std::move(views), {});
-  const Errors e = Compare(QueryAll(*source, NewView()), QueryAll(scene, NewView()));
+  const Errors e = Compare(QueryWhole(*source, NewView()), QueryWhole(scene, NewView()));
   EXPECT_GT(e.color_psnr, 30);
 }
 
 TEST(CaptureSource, EqualisesExposures) {
-  const Scene scene = TwoPlanes();
+  const PlaneScene scene = TwoPlanes();
   std::vector<DepthView> views = NineViews(scene);
   for (std::size_t k = 0; k < views.size(); ++k) {
     const float gain = 1.0F + 0.05F * (static_cast<float>(k) - 4);
@@ -397,7 +402,7 @@ TEST(CaptureSource, EqualisesExposures) {
     }
   }
   const auto source = CaptureSource(std::move(views), {});
-  const Errors e = Compare(QueryAll(*source, NewView()), QueryAll(scene, NewView()));
+  const Errors e = Compare(QueryWhole(*source, NewView()), QueryWhole(scene, NewView()));
   EXPECT_GT(e.color_psnr, 40);
 }
 

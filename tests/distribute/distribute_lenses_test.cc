@@ -39,7 +39,7 @@ Display WithOptics(const Optics& optics, double position_mm = 0) {
   return display;
 }
 
-Display Varifocal(double relay_focal_mm) {
+Display RelayedDisplay(double relay_focal_mm) {
   Display display = FindDisplay("paper-varifocal");
   display.width_px = 91;
   display.height_px = 70;
@@ -66,17 +66,17 @@ double Agreement(const AnalyticScene& scene, const Display& display, const Layer
                      ReferenceEmitters(scene, display, layer, 0, m));
 }
 
-struct Case {
+struct LensCase {
   const char* name;
   Optics optics;
   double z;
   double least_db;
 };
 
-class Lenses : public ::testing::TestWithParam<Case> {};
+class Lenses : public ::testing::TestWithParam<LensCase> {};
 
 TEST_P(Lenses, AgreeWithManyRaysABeam) {
-  const Case& c = GetParam();
+  const LensCase& c = GetParam();
   for (const bool shear : {true, false}) {
     Display display = WithOptics(c.optics);
     display.shear = shear;
@@ -91,12 +91,15 @@ TEST_P(Lenses, AgreeWithManyRaysABeam) {
 INSTANTIATE_TEST_SUITE_P(
     Optics, Lenses,
     ::testing::Values(
-        Case{"square", LensletArray{LensletArray::Lattice::kSquare, 6, 6}, 6, 48},
-        Case{"fractional", LensletArray{LensletArray::Lattice::kSquare, 5.37, 5, 0.4, -0.3}, 6, 48},
-        Case{"focused", LensletArray{LensletArray::Lattice::kSquare, 6, 6, 0, 0, true, 4.0}, 6, 48},
-        Case{"hexagonal", LensletArray{LensletArray::Lattice::kHexagonal, 8, 6, 0.2, 0.6}, 6, 48},
+        LensCase{"square", LensletArray{LensletArray::Lattice::kSquare, 6, 6}, 6, 48},
+        LensCase{"fractional", LensletArray{LensletArray::Lattice::kSquare, 5.37, 5, 0.4, -0.3}, 6,
+                 48},
+        LensCase{"focused", LensletArray{LensletArray::Lattice::kSquare, 6, 6, 0, 0, true, 4.0}, 6,
+                 48},
+        LensCase{"hexagonal", LensletArray{LensletArray::Lattice::kHexagonal, 8, 6, 0.2, 0.6}, 6,
+                 48},
         // Windows as wide as the cell: hexagons cut their corners.
-        Case{"cut", LensletArray{LensletArray::Lattice::kHexagonal, 7.3, 7}, -4, 48}),
+        LensCase{"cut", LensletArray{LensletArray::Lattice::kHexagonal, 7.3, 7}, -4, 48}),
     [](const auto& optics) { return std::string(optics.param.name); });
 
 TEST(LenticularLayers, HaveABeamOfTheirOwnForEverySubpixel) {
@@ -123,7 +126,7 @@ TEST(LenticularLayers, HaveABeamOfTheirOwnForEverySubpixel) {
 
 TEST(VarifocalPlanes, AgreeWithManyRaysABeam) {
   for (const double focal : {std::numeric_limits<double>::infinity(), 300.0}) {
-    const Display display = Varifocal(focal);
+    const Display display = RelayedDisplay(focal);
     AnalyticScene scene;
     scene.rectangles = {Waves(-20, 0.1), {3, -4, 5, -3, 4, Waves(0, 0.1).color}};
     for (int plane = 0; plane < 3; ++plane) {

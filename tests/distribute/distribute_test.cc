@@ -22,7 +22,7 @@
 namespace lamella {
 namespace {
 
-constexpr double kEverywhere = 1e9;
+constexpr double kWholeAxis = 1e9;
 
 // Waves of up to `finest` cycles/mm, between 0.1 and 0.9.
 std::function<Rgb(double, double)> Waves(double finest) {
@@ -37,14 +37,14 @@ std::function<Rgb(double, double)> Waves(double finest) {
 }
 
 Rectangle Plane(double z, std::function<Rgb(double, double)> color) {
-  return {z, -kEverywhere, kEverywhere, -kEverywhere, kEverywhere, std::move(color)};
+  return {z, -kWholeAxis, kWholeAxis, -kWholeAxis, kWholeAxis, std::move(color)};
 }
 
 std::function<Rgb(double, double)> Constant(float value) {
   return [value](double, double) { return Rgb{value, value, value}; };
 }
 
-Display Small(const std::string& name, int width, int height) {
+Display CutTo(const std::string& name, int width, int height) {
   Display display = FindDisplay(name);
   display.width_px = width;
   display.height_px = height;
@@ -58,18 +58,18 @@ LayersOptions Options(int nodes_per_step, int samples_per_pixel) {
   return options;
 }
 
-struct Agreement {
+struct AgreementCase {
   const char* display;
   double z;
   int nodes, samples;
   double least_db;
 };
 
-class Reference : public ::testing::TestWithParam<Agreement> {};
+class BarrierReference : public ::testing::TestWithParam<AgreementCase> {};
 
-TEST_P(Reference, AgreesWithManyRaysABeam) {
-  const Agreement& p = GetParam();
-  const Display display = Small(p.display, 36, 24);
+TEST_P(BarrierReference, AgreesWithManyRaysABeam) {
+  const AgreementCase& p = GetParam();
+  const Display display = CutTo(p.display, 36, 24);
   AnalyticScene scene;
   scene.rectangles = {Plane(p.z, Waves(0.4))};
   const LayerImages images =
@@ -86,21 +86,21 @@ TEST_P(Reference, AgreesWithManyRaysABeam) {
 }
 
 // What a display shows of such planes is 20 to 40 dB from the planes themselves.
-INSTANTIATE_TEST_SUITE_P(Planes, Reference,
-                         ::testing::Values(Agreement{"paper-two-layer", -20, 1, 1, 37},
-                                           Agreement{"paper-two-layer", -10, 1, 1, 48},
-                                           Agreement{"paper-two-layer", -4, 1, 1, 39},
-                                           Agreement{"paper-two-layer", 6, 1, 1, 46},
-                                           Agreement{"paper-two-layer", 20, 1, 1, 43},
-                                           Agreement{"paper-two-layer", 6, 2, 2, 58},
-                                           Agreement{"paper-two-layer", -20, 2, 2, 49},
-                                           Agreement{"paper-two-layer", -20, 4, 3, 55},
-                                           Agreement{"paper-two-layer-half", 3, 1, 1, 38},
-                                           Agreement{"paper-two-layer-half", 3, 4, 4, 56},
-                                           Agreement{"paper-one-layer", -4, 2, 2, 56}));
+INSTANTIATE_TEST_SUITE_P(Planes, BarrierReference,
+                         ::testing::Values(AgreementCase{"paper-two-layer", -20, 1, 1, 37},
+                                           AgreementCase{"paper-two-layer", -10, 1, 1, 48},
+                                           AgreementCase{"paper-two-layer", -4, 1, 1, 39},
+                                           AgreementCase{"paper-two-layer", 6, 1, 1, 46},
+                                           AgreementCase{"paper-two-layer", 20, 1, 1, 43},
+                                           AgreementCase{"paper-two-layer", 6, 2, 2, 58},
+                                           AgreementCase{"paper-two-layer", -20, 2, 2, 49},
+                                           AgreementCase{"paper-two-layer", -20, 4, 3, 55},
+                                           AgreementCase{"paper-two-layer-half", 3, 1, 1, 38},
+                                           AgreementCase{"paper-two-layer-half", 3, 4, 4, 56},
+                                           AgreementCase{"paper-one-layer", -4, 2, 2, 56}));
 
 TEST(Distribute, AgreesWithManyRaysWhereThingsHideOthers) {
-  const Display display = Small("paper-two-layer", 42, 24);
+  const Display display = CutTo("paper-two-layer", 42, 24);
   AnalyticScene scene;
   scene.rectangles = {
       Plane(-12, Waves(0.3)), {9, -3, 2, -1, 4, Waves(0.4)}, {-1, 1, 6, -3, 2, Constant(0.9F)}};
@@ -114,7 +114,7 @@ TEST(Distribute, AgreesWithManyRaysWhereThingsHideOthers) {
 }
 
 TEST(Distribute, AgreesWithManyRaysWithoutShear) {
-  Display display = Small("paper-two-layer", 48, 24);
+  Display display = CutTo("paper-two-layer", 48, 24);
   display.shear = false;
   AnalyticScene scene;
   scene.rectangles = {Plane(7, Waves(0.4))};
@@ -124,7 +124,7 @@ TEST(Distribute, AgreesWithManyRaysWithoutShear) {
 
 // Emitters with beams of their own, and products of axes: two ways to the same light.
 TEST(Distribute, AsCalibratedIsAsDesignedWhereNothingIsAskew) {
-  const Display display = Small("paper-two-layer", 72, 48);
+  const Display display = CutTo("paper-two-layer", 72, 48);
   AnalyticScene scene;
   scene.rectangles = {Plane(-12, Waves(0.3)), {9, -4, 5, -3, 4, Waves(0.4)}};
   const Calibration design = DesignCalibration(display);
@@ -166,7 +166,7 @@ class Watched final : public RaySource {
 
 // A panel whose pixels are nowhere near a lattice, by other threads and in strips.
 TEST(Distribute, AsCalibratedDependsOnNeitherThreadsNorStrips) {
-  const Display display = Small("paper-two-layer", 24, 200);
+  const Display display = CutTo("paper-two-layer", 24, 200);
   Calibration calibration = DesignCalibration(display);
   calibration.layers[1].display_from_stack.rotation =
       Eigen::Quaterniond(Eigen::AngleAxisd(0.08, Eigen::Vector3d(0.2, 0.1, 1).normalized()));
@@ -217,7 +217,7 @@ double LargestErrorOnAPlane(const Display& display, int layer, double z, double 
 }
 
 TEST(Blur, OfAPlaneIsTheBeam) {
-  const Display display = Small("paper-two-layer", 48, 12);
+  const Display display = CutTo("paper-two-layer", 48, 12);
   std::vector<LayerBeams> beams;
   for (int layer = 0; layer < 2; ++layer) beams.push_back(EnclosingBeamsOf(display, layer));
   const std::vector<double> planes = BlurPlanes(display, beams);
@@ -245,7 +245,7 @@ TEST(Blur, OfAPlaneIsTheBeam) {
 
 // What it gets wrong: its pictures hide what a wide beam's outer lines see.
 TEST(Blur, IsNearTheBeamWhereThingsHideOthers) {
-  const Display display = Small("paper-two-layer", 42, 24);
+  const Display display = CutTo("paper-two-layer", 42, 24);
   AnalyticScene scene;
   scene.rectangles = {
       Plane(-12, Waves(0.3)), {9, -3, 2, -1, 4, Waves(0.4)}, {-1, 1, 6, -3, 2, Constant(0.9F)}};
@@ -263,9 +263,9 @@ TEST(Blur, IsNearTheBeamWhereThingsHideOthers) {
 }
 
 TEST(Blur, TellsShadowsFromTheUnknown) {
-  const Display display = Small("paper-two-layer", 90, 12);
+  const Display display = CutTo("paper-two-layer", 90, 12);
   AnalyticScene scene;  // a plane that ends at x = 0, and nothing is known beside it
-  scene.rectangles = {{-10, -kEverywhere, 0, -kEverywhere, kEverywhere, Constant(1)}};
+  scene.rectangles = {{-10, -kWholeAxis, 0, -kWholeAxis, kWholeAxis, Constant(1)}};
   scene.background_known = false;
   LayersOptions options = Options(1, 1);
   options.prefilter = "blur";
@@ -280,7 +280,7 @@ TEST(Blur, TellsShadowsFromTheUnknown) {
 }
 
 TEST(Blur, IsRefusedWhereItCannotBe) {
-  Display display = Small("paper-two-layer", 42, 24);
+  Display display = CutTo("paper-two-layer", 42, 24);
   LayersOptions options = Options(1, 1);
   options.prefilter = "blur";
   EXPECT_NO_THROW(CheckOptions(options, display, false));
@@ -293,7 +293,7 @@ TEST(Blur, IsRefusedWhereItCannotBe) {
 }
 
 TEST(Distribute, FiltersWithALensBeam) {
-  const Display display = Small("paper-two-layer", 36, 24);
+  const Display display = CutTo("paper-two-layer", 36, 24);
   AnalyticScene scene;
   scene.rectangles = {Plane(6, Waves(0.4))};
   LayersOptions options = Options(2, 2);
@@ -306,7 +306,7 @@ TEST(Distribute, FiltersWithALensBeam) {
 }
 
 TEST(Distribute, TakesTheCentralRayAlone) {
-  const Display display = Small("paper-two-layer", 36, 24);
+  const Display display = CutTo("paper-two-layer", 36, 24);
   AnalyticScene scene;
   scene.rectangles = {Plane(10, Waves(0.4))};  // in the layer: direction doesn't matter
   LayersOptions options = Options(2, 4);
@@ -318,7 +318,7 @@ TEST(Distribute, TakesTheCentralRayAlone) {
 // A fine grating on which a lattice of rays finds moire; scattered rays find noise, and both come
 // nearer the truth with more of them.
 TEST(Distribute, ScattersRaysWithoutBias) {
-  const Display display = Small("paper-two-layer", 42, 30);
+  const Display display = CutTo("paper-two-layer", 42, 30);
   AnalyticScene scene;
   scene.rectangles = {Plane(-20, Waves(1.5))};
   const EmitterImage truth = ReferenceEmitters(scene, display, 0, 4, 10);
@@ -336,7 +336,7 @@ TEST(Distribute, ScattersRaysWithoutBias) {
 }
 
 TEST(Distribute, GivesTheWholeLightOfAPlaneToItsLayersTogether) {
-  const Display display = Small("paper-two-layer", 48, 36);
+  const Display display = CutTo("paper-two-layer", 48, 36);
   for (const double z : {-25.0, -5.5, -4.0, -3.3, -2.0, 30.0}) {
     AnalyticScene scene;
     scene.rectangles = {Plane(z, Constant(0.7F))};
@@ -351,9 +351,9 @@ TEST(Distribute, GivesTheWholeLightOfAPlaneToItsLayersTogether) {
 }
 
 TEST(Distribute, TellsShadowsFromTheUnknown) {
-  const Display display = Small("paper-two-layer", 90, 60);
+  const Display display = CutTo("paper-two-layer", 90, 60);
   AnalyticScene scene;  // an occluder in the front layer before a plane that ends at x = 0
-  scene.rectangles = {{-10, -kEverywhere, 0, -kEverywhere, kEverywhere, Constant(1)},
+  scene.rectangles = {{-10, -kWholeAxis, 0, -kWholeAxis, kWholeAxis, Constant(1)},
                       {10, -10, -2, -9, 9, Constant(0.5F)}};
   scene.background_known = false;
   const LayerImages images = Distribute(scene, display, Options(1, 1), SilentProgress());
@@ -405,7 +405,7 @@ class Counter final : public RaySource {
 
 TEST(Distribute, AsksOnceForAllLayersAndSlotsAndNoMoreThanIsNeeded) {
   const Counter source;
-  Distribute(source, Small("paper-two-layer", 180, 120), Options(1, 1), SilentProgress());
+  Distribute(source, CutTo("paper-two-layer", 180, 120), Options(1, 1), SilentProgress());
   EXPECT_LE(source.queries, 100);
   EXPECT_LE(source.rays / source.queries, 190 * 130);
 }
@@ -416,7 +416,7 @@ TEST(Distribute, TakesLightThatIsNotFiniteAsUnknown) {
     source.sample.color = {0, light, 0};
     source.sample.coverage = 1;
     const LayerImages images =
-        Distribute(source, Small("paper-one-layer", 24, 18), Options(1, 1), SilentProgress());
+        Distribute(source, CutTo("paper-one-layer", 24, 18), Options(1, 1), SilentProgress());
     EXPECT_EQ(images.seen_share, 0);
     EXPECT_EQ(images.slots[0][4].color(12, 9), Rgb());
   }
@@ -425,13 +425,13 @@ TEST(Distribute, TakesLightThatIsNotFiniteAsUnknown) {
   source.sample.z = std::nanf("");
   source.sample.color = {1e8F, 1e-8F, 0};
   const LayerImages images =
-      Distribute(source, Small("paper-two-layer", 24, 18), Options(1, 1), SilentProgress());
+      Distribute(source, CutTo("paper-two-layer", 24, 18), Options(1, 1), SilentProgress());
   EXPECT_TRUE(std::isfinite(images.slots[1][4].color(12, 9).r));
   EXPECT_TRUE(std::isfinite(images.slots[0][4].color(12, 9).r));
 }
 
 TEST(Distribute, DoesNotDependOnTheNumberOfThreads) {
-  const Display display = Small("paper-two-layer", 96, 60);
+  const Display display = CutTo("paper-two-layer", 96, 60);
   AnalyticScene scene;
   scene.rectangles = {Plane(-12, Waves(0.3)), {9, -3, 2, -1, 4, Waves(0.4)}};
   const auto run = [&](int threads) {
@@ -475,7 +475,7 @@ double SeenPsnr(const AnalyticScene& scene, const Display& display, const LayerI
 }
 
 TEST(Distribute, ShowsEyesTheSceneWithItsParallax) {
-  const Display display = Small("paper-two-layer", 240, 180);
+  const Display display = CutTo("paper-two-layer", 240, 180);
   AnalyticScene scene;  // both in emissive planes, where pinhole layers are sharpest
   scene.rectangles = {Plane(-15, Waves(0.4)), {5, -8, 4, -5, 6, Waves(0.4)}};
   const LayerImages images = Distribute(scene, display, Options(1, 1), SilentProgress());
@@ -489,7 +489,7 @@ TEST(Distribute, ShowsEyesTheSceneWithItsParallax) {
 }
 
 TEST(Distribute, ShowsAPlaneInEitherLayerSharply) {
-  const Display display = Small("paper-two-layer", 144, 108);
+  const Display display = CutTo("paper-two-layer", 144, 108);
   for (const double z : {-14.0, 6.0}) {
     AnalyticScene scene;
     scene.rectangles = {Plane(z, Waves(0.4))};
@@ -502,24 +502,24 @@ TEST(Distribute, HoldsAtTheExtremesOfDisplays) {
   AnalyticScene scene;
   scene.rectangles = {Plane(0, Constant(0.5F))};
   std::vector<Display> displays;
-  Display display = Small("paper-one-layer", 24, 24);
+  Display display = CutTo("paper-one-layer", 24, 24);
   display.layers[0].optics = Barrier{1, 1, 1};  // every emitter behind its own opening
   displays.push_back(display);
-  display = Small("paper-two-layer", 24, 24);
+  display = CutTo("paper-two-layer", 24, 24);
   display.layers[0].position_mm = 10 - 1e-6;
   display.border_mm = 1e-7;
   displays.push_back(display);
-  display = Small("paper-two-layer", 24, 24);
+  display = CutTo("paper-two-layer", 24, 24);
   display.layers[0].d0_mm = 0.05;  // another gap than the front layer's: 173 degrees
   displays.push_back(display);
-  display = Small("paper-two-layer", 24, 24);
+  display = CutTo("paper-two-layer", 24, 24);
   display.viewing_distance_mm = 15.001;
   displays.push_back(display);
-  display = Small("paper-one-layer", 24, 24);
+  display = CutTo("paper-one-layer", 24, 24);
   display.layers.assign(64, display.layers[0]);
   for (std::size_t i = 0; i < 64; ++i) display.layers[i].position_mm = static_cast<double>(i) - 32;
   displays.push_back(display);
-  display = Small("paper-one-layer", 6, 2);  // one opening in one slot
+  display = CutTo("paper-one-layer", 6, 2);  // one opening in one slot
   displays.push_back(display);
   for (const Display& d : displays) {
     Check(d, "test");
@@ -541,7 +541,7 @@ TEST(Distribute, HoldsAtTheExtremesOfDisplays) {
 }
 
 TEST(Distribute, PutsBordersWhereTheDisplayOrTheOptionHasThem) {
-  Display display = Small("paper-two-layer", 48, 36);
+  Display display = CutTo("paper-two-layer", 48, 36);
   EXPECT_EQ(display.border_offset_mm, 0);  // the paper's display, the paper's rule
   AnalyticScene scene;
   scene.rectangles = {Plane(-1, Constant(1))};
@@ -563,7 +563,7 @@ TEST(Distribute, PutsBordersWhereTheDisplayOrTheOptionHasThem) {
 TEST(Distribute, RefusesABorderWiderThanTheSpacing) {
   LayersOptions options = Options(1, 1);
   options.border_mm = 20.5;
-  EXPECT_THROW(Distribute(Counter(), Small("paper-two-layer", 24, 24), options, SilentProgress()),
+  EXPECT_THROW(Distribute(Counter(), CutTo("paper-two-layer", 24, 24), options, SilentProgress()),
                Error);
 }
 

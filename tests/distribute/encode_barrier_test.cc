@@ -9,7 +9,7 @@
 namespace lamella {
 namespace {
 
-Display Small(const std::string& name) {
+Display SmallBarrier(const std::string& name) {
   Display display = FindDisplay(name);
   display.width_px = 36;
   display.height_px = 24;
@@ -17,7 +17,7 @@ Display Small(const std::string& name) {
 }
 
 TEST(ModulatorFrame, OpensSquaresOfTheApertureEveryPeriod) {
-  const Display display = Small("paper-one-layer");
+  const Display display = SmallBarrier("paper-one-layer");
   for (int slot = 0; slot < 9; ++slot) {
     const Image<std::uint8_t> frame = ModulatorFrame(display, 0, slot);
     for (int y = 0; y < 24; ++y) {

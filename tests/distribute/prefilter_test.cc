@@ -13,7 +13,7 @@
 namespace lamella {
 namespace {
 
-Display Small(bool shear) {
+Display SmallSheared(bool shear) {
   Display display = FindDisplay("paper-two-layer");
   display.width_px = 120;
   display.height_px = 96;
@@ -70,7 +70,7 @@ std::map<std::pair<int, int>, double> Count(const AxisBeam& beam, const RayMap& 
 
 TEST_P(Overlaps, AreTheSharesOfTheBeamsLines) {
   const auto [shear, layer, content, axis, kernel] = GetParam();
-  const Display display = Small(shear);
+  const Display display = SmallSheared(shear);
   const RayMap map(display, layer);
   const std::vector<EmitterBeam> beams = BeamsAlong(axis, display, layer);
   const double z = map.position_mm();
@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(Settings, Overlaps,
                                            Setting{false, 0, 4, Axis::kColumns, Kernel::kLens}));
 
 TEST(OverlapsOf, GivesARayTheCellThatItPasses) {
-  const Display display = Small(true);
+  const Display display = SmallSheared(true);
   const RayMap map(display, 1);
   const AimPlane aim{true, 600};
   const std::vector<EmitterBeam> beams = BeamsAlong(Axis::kColumns, display, 1);
@@ -141,7 +141,7 @@ TEST(OverlapsOf, GivesARayTheCellThatItPasses) {
 
 TEST(OverlapsOf, GivesEveryEmitterWithABeamAWeightOfOne) {
   for (const bool shear : {false, true}) {
-    const Display display = Small(shear);
+    const Display display = SmallSheared(shear);
     const RayMap map(display, 0);
     const AimPlane aim{shear, 600};
     const std::vector<EmitterBeam> beams = BeamsAlong(Axis::kColumns, display, 0);

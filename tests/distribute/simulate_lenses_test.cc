@@ -15,7 +15,7 @@
 namespace lamella {
 namespace {
 
-Display WithOptics(const Optics& optics, double position_mm = 4) {
+Display WithLenses(const Optics& optics, double position_mm = 4) {
   Display display = FindDisplay("paper-one-layer");
   display.width_px = 64;
   display.height_px = 48;
@@ -111,17 +111,17 @@ void ExpectLike(const EyePicture& fast, const EyePicture& slow, double mean, con
   EXPECT_LT(coverage / n, mean) << name;
 }
 
-struct Case {
+struct SimulatedLenses {
   std::string name;
   Optics optics;
   bool mirror_x = false;
 };
 
-class LensCases : public ::testing::TestWithParam<Case> {};
+class LensCases : public ::testing::TestWithParam<SimulatedLenses> {};
 
 TEST_P(LensCases, MatchManyLines) {
   for (const bool shear : {true, false}) {
-    Display display = WithOptics(GetParam().optics);
+    Display display = WithLenses(GetParam().optics);
     display.shear = shear;
     if (!shear) display.contrast = 20;
     display.layers[0].mirror_x = GetParam().mirror_x;
@@ -137,14 +137,17 @@ TEST_P(LensCases, MatchManyLines) {
 
 INSTANTIATE_TEST_SUITE_P(
     Optics, LensCases,
-    ::testing::Values(
-        Case{"square", LensletArray{LensletArray::Lattice::kSquare, 6, 6}},
-        Case{"fractional", LensletArray{LensletArray::Lattice::kSquare, 5.37, 4, 0.4, -0.3}},
-        Case{"focused", LensletArray{LensletArray::Lattice::kSquare, 6, 6, 0, 0, true, 4.0}},
-        Case{"hexagonal", LensletArray{LensletArray::Lattice::kHexagonal, 8, 6, 0.2, 0.6}},
-        Case{"even_rows", LensletArray{LensletArray::Lattice::kHexagonal, 7.3, 7, 0, 0, false}},
-        Case{"lenticular", Lenticular{4.5, 1.0 / 6, 9, 0.3}},
-        Case{"leaning_left", Lenticular{7.5, -0.237, 9, 1.2, 4}, true}),
+    ::testing::Values(SimulatedLenses{"square", LensletArray{LensletArray::Lattice::kSquare, 6, 6}},
+                      SimulatedLenses{"fractional", LensletArray{LensletArray::Lattice::kSquare,
+                                                                 5.37, 4, 0.4, -0.3}},
+                      SimulatedLenses{"focused", LensletArray{LensletArray::Lattice::kSquare, 6, 6,
+                                                              0, 0, true, 4.0}},
+                      SimulatedLenses{"hexagonal", LensletArray{LensletArray::Lattice::kHexagonal,
+                                                                8, 6, 0.2, 0.6}},
+                      SimulatedLenses{"even_rows", LensletArray{LensletArray::Lattice::kHexagonal,
+                                                                7.3, 7, 0, 0, false}},
+                      SimulatedLenses{"lenticular", Lenticular{4.5, 1.0 / 6, 9, 0.3}},
+                      SimulatedLenses{"leaning_left", Lenticular{7.5, -0.237, 9, 1.2, 4}, true}),
     [](const auto& optics) { return optics.param.name; });
 
 TEST(SimulateLenses, AddsUpThePlanesOfAVarifocalDisplay) {
@@ -163,7 +166,7 @@ TEST(SimulateLenses, AddsUpThePlanesOfAVarifocalDisplay) {
 
 // A line in a layer is sharp for a pupil that is focused on the layer, and a disc elsewhere.
 TEST(SimulateEye, BlursWhatIsOutOfThePupilsFocus) {
-  Display display = WithOptics(LensletArray{LensletArray::Lattice::kSquare, 4, 4}, 0);
+  Display display = WithLenses(LensletArray{LensletArray::Lattice::kSquare, 4, 4}, 0);
   display.width_px = 400;
   display.height_px = 24;
   LayerImages layers;
@@ -204,7 +207,7 @@ TEST(SimulateEye, BlursWhatIsOutOfThePupilsFocus) {
 }
 
 TEST(SimulateLenses, DoesNotDependOnTheNumberOfThreads) {
-  const Display display = WithOptics(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6});
+  const Display display = WithLenses(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6});
   const LayerImages layers = RandomEmitters(display);
   Eye eye = Near(display, 3, 4, 0);
   eye.height = 40;

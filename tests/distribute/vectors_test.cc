@@ -152,7 +152,7 @@ Numbers FuzzyWeights(const Json& in) {
 }
 
 // A display whose lattice pitch is any multiple of the emitters'.
-Display Lattice(const Json& in) {
+Display LatticeDisplay(const Json& in) {
   const double dx = in.at("dx"), du = in.at("du");
   Display display = OneLayer(du, in.at("d0"));
   display.layers[0].optics = LensletArray{LensletArray::Lattice::kSquare, dx / du, 1};
@@ -261,7 +261,7 @@ Numbers PlaneMagnificationOf(const Json& in) {
   return {PlaneMagnification(varifocal, in.at("z"))};
 }
 
-Numbers BitPlanes(const Json& in) {
+Numbers PlaneBits(const Json& in) {
   std::uint32_t planes = 0;
   for (const int plane : in.at("planes")) planes |= 1U << plane;
   const auto codes = PackBitPlanes(planes, in.at("order").get<std::string>());
@@ -314,7 +314,7 @@ const std::map<std::string, std::function<Numbers(const Json&)>>& Functions() {
        }},
       {"plane_depths", PlaneDepths},
       {"plane_magnification", PlaneMagnificationOf},
-      {"bitplanes", BitPlanes},
+      {"bitplanes", PlaneBits},
       {"sigma_delta", SigmaDeltaOf},
       {"layer_positions",
        [](const Json& in) { return EqualRangePositionsMm(in.at("n"), in.at("zm")); }},
@@ -348,12 +348,12 @@ const std::map<std::string, std::function<Numbers(const Json&)>>& Functions() {
       {"fuzzy_weights", FuzzyWeights},
       {"zmax",
        [](const Json& in) {
-         const Display display = Lattice(in);
+         const Display display = LatticeDisplay(in);
          return Numbers{SharpRangeMm(display, display.layers[0])};
        }},
       {"cutoff",
        [](const Json& in) {
-         const Display display = Lattice(in);
+         const Display display = LatticeDisplay(in);
          return Numbers{CutoffPerMm(display, display.layers[0], in.at("z"))};
        }},
       {"linear_mix", LinearMix}};

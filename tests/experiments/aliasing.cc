@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kPlaneMm = 2 * kSharpRangeMm;
 constexpr double kDistanceMm = 600;
-constexpr int kPixels = 960;
+constexpr int kAliasingPixels = 960;
 
 // What a camera sees of the grating that moves past the display: the energy at wrong frequencies,
 // and the energy of what changes from one picture to the next.
@@ -32,7 +32,7 @@ Errors Watch(const LayerImages& images, const Display& display, double f, double
   std::vector<double> before;
   int frames = 0;
   for (double x = -30; x <= 30; x += step_mm) {
-    Eye eye = FarEye(0, kPlaneMm, width, kPixels);
+    Eye eye = FarEye(0, kPlaneMm, width, kAliasingPixels);
     eye.position = {x, 0, kDistanceMm};
     const std::vector<double> row = RowOf(SimulateEye(images, display, eye));
     const double mean = Mean(row);
@@ -42,8 +42,8 @@ Errors Watch(const LayerImages& images, const Display& display, double f, double
       energy += (row[i] - mean) * (row[i] - mean);
       if (!before.empty()) change += (row[i] - before[i]) * (row[i] - before[i]);
     }
-    errors.wrong += energy / kPixels - std::norm(amplitude) / 2;
-    errors.flicker += change / kPixels;
+    errors.wrong += energy / kAliasingPixels - std::norm(amplitude) / 2;
+    errors.flicker += change / kAliasingPixels;
     before = row;
     ++frames;
   }

@@ -16,7 +16,7 @@
 namespace lamella::experiments {
 namespace {
 
-constexpr double kTolerance = 0.02;
+constexpr double kMtfTolerance = 0.02;
 constexpr double kLeastFactor = 0.07;  // of the row; below it a measurement is mostly noise
 
 // One kind of measurement, at [depth][frequency].
@@ -25,7 +25,7 @@ struct Kind {
   std::vector<std::vector<double>> measured, expected;
 };
 
-struct Sweep {
+struct FrequencySweep {
   Display display;
   LayersOptions encoder, point_samples;
   Window window;
@@ -58,7 +58,7 @@ std::vector<double> FarthestModuli(const std::vector<std::vector<Complex>>& ampl
 }
 
 // Single views of pinholes have no closed form; the mean of their moduli is S^2.
-void MeasureOneEye(const Sweep& sweep, const std::vector<std::vector<Complex>>& seen,
+void MeasureOneEye(const FrequencySweep& sweep, const std::vector<std::vector<Complex>>& seen,
                    const AxisBeam& beam, double z, Kind& kind) {
   std::vector<double> expected;
   const bool lens = beam.power_per_mm > 0;
@@ -69,7 +69,7 @@ void MeasureOneEye(const Sweep& sweep, const std::vector<std::vector<Complex>>& 
   kind.expected.push_back(expected);
 }
 
-std::vector<Kind> Measure(const Sweep& sweep) {
+std::vector<Kind> Measure(const FrequencySweep& sweep) {
   const AxisBeam beam = MiddleBeam(sweep.display, sweep.display.layers[0]);
   const bool lens = beam.power_per_mm > 0;
   std::vector<Kind> kinds = {
@@ -105,7 +105,7 @@ std::vector<Kind> Measure(const Sweep& sweep) {
   return kinds;
 }
 
-void Report(const std::string& beam, const Sweep& sweep, const std::vector<Kind>& kinds,
+void Report(const std::string& beam, const FrequencySweep& sweep, const std::vector<Kind>& kinds,
             Experiment& experiment) {
   Table table{fmt::format("MTF of {} at depth z, frequency f", beam), {"z, mm", "f, c/mm"}, {}};
   for (const Kind& kind : kinds) {
@@ -128,7 +128,7 @@ void Report(const std::string& beam, const Sweep& sweep, const std::vector<Kind>
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     experiment.rows.push_back(
         AtMost(fmt::format("{}: {}, worst relative deviation", beam, kinds[k].name), worst[k],
-               kTolerance));
+               kMtfTolerance));
   }
   experiment.tables.push_back(std::move(table));
   Figure figure{fmt::format("MTF of {}, prefilter and display, mean over views", beam),
@@ -173,18 +173,18 @@ Experiment MtfRows(Effort effort) {
       "step over two steps; complex amplitudes over {:g} mm, {} lattice periods.",
       window.width_mm(), window.lattice_periods);
   const int margin = 18;  // lattice periods, of which the slopes need a few
-  const Sweep pinholes{Pinholes({0}, 2 * (window.lattice_periods + margin)),
-                       Sampling(12, 4),
-                       Sampling(1, 8, "ray"),
-                       window,
-                       depths,
-                       frequencies};
-  const Sweep lenses{Lenses({0}, window.lattice_periods + margin),
-                     Sampling(12, 2),
-                     Sampling(1, 4, "ray"),
-                     window,
-                     depths,
-                     frequencies};
+  const FrequencySweep pinholes{Pinholes({0}, 2 * (window.lattice_periods + margin)),
+                                Sampling(12, 4),
+                                Sampling(1, 8, "ray"),
+                                window,
+                                depths,
+                                frequencies};
+  const FrequencySweep lenses{Lenses({0}, window.lattice_periods + margin),
+                              Sampling(12, 2),
+                              Sampling(1, 4, "ray"),
+                              window,
+                              depths,
+                              frequencies};
   Report("pinholes", pinholes, Measure(pinholes), experiment);
   Report("lenses", lenses, Measure(lenses), experiment);
   experiment.reason =

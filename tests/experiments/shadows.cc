@@ -19,8 +19,8 @@ std::size_t Index(int i) { return static_cast<std::size_t>(i); }
 
 constexpr double kHalfWidthMm = 15;  // of the occluder
 constexpr double kPictureMm = 60;
-constexpr int kPixels = 1200;  // 0.05 mm
-constexpr double kPixelMm = kPictureMm / kPixels;
+constexpr int kShadowPixels = 1200;  // 0.05 mm
+constexpr double kPixelMm = kPictureMm / kShadowPixels;
 
 // A white plane in the back layer and before it, in the front layer, a bar around middle_mm.
 SceneAlongX BarBeforeWhite(double spacing_mm, double bar, double middle_mm) {
@@ -62,7 +62,7 @@ struct Rim {
 
 Rim MeanRim(bool lens, double spacing_mm, int phases) {
   const Display display = TwoLayers(lens, spacing_mm);
-  const int half = kPixels / 2, reach = static_cast<int>(14 / kPixelMm);
+  const int half = kShadowPixels / 2, reach = static_cast<int>(14 / kPixelMm);
   const int rim = static_cast<int>(kHalfWidthMm / kPixelMm);
   Rim profile;
   for (int i = -reach; i < reach; ++i) profile.distance_mm.push_back((i + 0.5) * kPixelMm);
@@ -73,7 +73,7 @@ Rim MeanRim(bool lens, double spacing_mm, int phases) {
     const LayerImages images =
         Distribute(BarBeforeWhite(spacing_mm, 0, middle), display, Encoder(lens), SilentProgress());
     for (const double slope : slopes) {
-      Eye eye = FarEye(slope, spacing_mm / 2, kPictureMm, kPixels);
+      Eye eye = FarEye(slope, spacing_mm / 2, kPictureMm, kShadowPixels);
       eye.left_mm += middle;
       eye.position.x() += middle;
       const std::vector<double> row = RowOf(SimulateEye(images, display, eye));
@@ -257,7 +257,7 @@ Halo WatchHalo(const Display& display, double spacing_mm, const LayersOptions& o
   Halo halo;
   const double step = StepOfView(display) * (600 - spacing_mm / 2);
   constexpr int kEyes = 16, kPhases = 4;  // of the rim in the lattice
-  const int half = kPixels / 2, rim = static_cast<int>(kHalfWidthMm / kPixelMm);
+  const int half = kShadowPixels / 2, rim = static_cast<int>(kHalfWidthMm / kPixelMm);
   halo.mean.assign(static_cast<std::size_t>(half - rim), 0);
   for (int phase = 0; phase < kPhases; ++phase) {
     const double middle = phase * kLatticeMm / kPhases;
@@ -265,7 +265,7 @@ Halo WatchHalo(const Display& display, double spacing_mm, const LayersOptions& o
         Distribute(BarBeforeWhite(spacing_mm, 1, middle), display, options, SilentProgress());
     std::vector<double> before;
     for (int e = 0; e < kEyes; ++e) {
-      Eye eye = FarEye(0, spacing_mm / 2, kPictureMm, kPixels);
+      Eye eye = FarEye(0, spacing_mm / 2, kPictureMm, kShadowPixels);
       eye.position = {middle + ((e + 0.5) / kEyes - 0.5) * step, 0, 600};
       eye.left_mm += middle;
       const std::vector<double> row = RowOf(SimulateEye(images, display, eye));

@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-Display TwoLayers() {
+Display BarrierAndLenses() {
   Display display{"two", 24, 12, 0.3, 1, 600, true, 4, -4, {}};
   display.layers = {{-10, 5, Barrier{6, 2, 3}, true}, {10, 5, Barrier{6, 2, 3}, false, 1, 1.5}};
   return display;
@@ -72,10 +72,10 @@ std::string Refusal(const Display& display) {
   return "accepted";
 }
 
-TEST(DisplayToml, ReadsEveryField) { EXPECT_EQ(ParseDisplay(kToml, "d.toml"), TwoLayers()); }
+TEST(DisplayToml, ReadsEveryField) { EXPECT_EQ(ParseDisplay(kToml, "d.toml"), BarrierAndLenses()); }
 
 TEST(DisplayToml, ReadsBackWhatItWrote) {
-  Display display = TwoLayers();
+  Display display = BarrierAndLenses();
   display.name = "a \"quoted\" \\ name\nof two lines";
   display.pitch_mm = 0.3113158871666749;
   display.layers[0].position_mm = -1.0 / 3;
@@ -87,8 +87,8 @@ TEST(DisplayToml, ReadsBackWhatItWrote) {
 }
 
 TEST(DisplayToml, SaysNothingOfPanelsThatDoNotLeak) {
-  EXPECT_THAT(ToToml(TwoLayers()), Not(HasSubstr("contrast")));
-  EXPECT_THAT(ToToml(TwoLayers()), Not(HasSubstr("crosstalk")));
+  EXPECT_THAT(ToToml(BarrierAndLenses()), Not(HasSubstr("contrast")));
+  EXPECT_THAT(ToToml(BarrierAndLenses()), Not(HasSubstr("crosstalk")));
 }
 
 TEST(DisplayToml, TakesAFifthOfTheSpacingAsBorderWhereNoneIsGiven) {
@@ -155,12 +155,12 @@ TEST(ParseDisplay, PutsBordersWhereBarriersAreSharpestUnlessTold) {
 }
 
 TEST(CheckDisplay, AcceptsSoundDisplays) {
-  EXPECT_EQ(Refusal(TwoLayers()), "accepted");
-  Display display = TwoLayers();
+  EXPECT_EQ(Refusal(BarrierAndLenses()), "accepted");
+  Display display = BarrierAndLenses();
   display.layers[0].position_mm = 10 - 1e-6;
   display.border_mm = 1e-7;
   EXPECT_EQ(Refusal(display), "accepted");
-  display = TwoLayers();
+  display = BarrierAndLenses();
   display.border_mm = 1;
   display.layers.assign(64, display.layers[0]);
   for (std::size_t i = 0; i < 64; ++i) display.layers[i].position_mm = static_cast<double>(i);
@@ -307,7 +307,7 @@ TEST(DisplayToml, RefusesWrongVarifocals) {
 }
 
 TEST(FieldOfView, NarrowsByTheMagnificationOfARelay) {
-  Display display = TwoLayers();
+  Display display = BarrierAndLenses();
   const double plain = FieldOfViewDeg(display, display.layers[0]);
   display.layers[0].magnification = 2;
   const auto tangent = [](double degrees) { return std::tan(degrees * std::numbers::pi / 360); };
@@ -342,7 +342,7 @@ struct Bad {
 class CheckDisplayRefuses : public ::testing::TestWithParam<Bad> {};
 
 TEST_P(CheckDisplayRefuses, WithOneClearLine) {
-  Display display = TwoLayers();
+  Display display = BarrierAndLenses();
   GetParam().spoil(display);
   const std::string refusal = Refusal(display);
   EXPECT_THAT(refusal, HasSubstr(GetParam().says));

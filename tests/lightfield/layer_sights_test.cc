@@ -12,7 +12,7 @@
 namespace lamella {
 namespace {
 
-Display With(const Optics& optics, double magnification) {
+Display Magnified(const Optics& optics, double magnification) {
   Display display;
   display.name = "one";
   display.width_px = 120;
@@ -49,8 +49,8 @@ void ExpectSameEmitters(const Display& display) {
 }
 
 TEST(LayerSightsAsDesigned, MeetTheEmittersOfABarrier) {
-  ExpectSameEmitters(With(Barrier{6, 2, 3}, 1));
-  ExpectSameEmitters(With(Barrier{6, 2, 3}, 1.3));
+  ExpectSameEmitters(Magnified(Barrier{6, 2, 3}, 1));
+  ExpectSameEmitters(Magnified(Barrier{6, 2, 3}, 1.3));
 }
 
 TEST(LayerSightsAsDesigned, MeetTheEmittersOfLenslets) {
@@ -61,7 +61,7 @@ TEST(LayerSightsAsDesigned, MeetTheEmittersOfLenslets) {
           SCOPED_TRACE(std::to_string(static_cast<int>(lattice)) + " " + std::to_string(odd) + " " +
                        std::to_string(focal_mm) + " " + std::to_string(magnification));
           ExpectSameEmitters(
-              With(LensletArray{lattice, 12.7, 6, 1.3, -2.1, odd, focal_mm}, magnification));
+              Magnified(LensletArray{lattice, 12.7, 6, 1.3, -2.1, odd, focal_mm}, magnification));
         }
       }
     }
@@ -72,7 +72,7 @@ TEST(LayerSightsAsDesigned, MeetTheEmittersOfSlantedLenses) {
   for (const double slant : {1.0 / 6, -0.3, 0.0}) {
     for (const double focal_mm : {0.0, 4.0}) {
       SCOPED_TRACE(std::to_string(slant) + " " + std::to_string(focal_mm));
-      ExpectSameEmitters(With(Lenticular{4.7, slant, 9, 0.6, focal_mm}, 1));
+      ExpectSameEmitters(Magnified(Lenticular{4.7, slant, 9, 0.6, focal_mm}, 1));
     }
   }
 }

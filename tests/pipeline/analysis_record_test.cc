@@ -24,7 +24,7 @@ using ::testing::Not;
 
 Analysis Of(const Display& display) { return Analyze(display, DepthsWorthALook(display)); }
 
-SceneAnalysis Scene(const Analysis& analysis) {
+SceneAnalysis AnalysedScene(const Analysis& analysis) {
   SceneAnalysis scene{"middle", "paper-two-layer", 600, {}};
   scene.figures.edges_mm = {analysis.depths_mm.front(), 0, analysis.depths_mm.back()};
   scene.figures.share = {0.25, 0.5};
@@ -37,7 +37,7 @@ TEST(AnalysisJson, HasTheFieldsOfItsDescription) {
   const Display display = FindDisplay("paper-two-layer");
   const Analysis analysis = Of(display);
   const auto path = ScratchFolder() / "analysis.json";
-  WriteTextAtomically(path, AnalysisJson(display, analysis, Scene(analysis)));
+  WriteTextAtomically(path, AnalysisJson(display, analysis, AnalysedScene(analysis)));
   const JsonObject json(path);
   json.CheckFormatVersion(1);
   EXPECT_EQ(json.Text("display"), "paper-two-layer");
@@ -69,7 +69,7 @@ TEST(AnalysisFigure, NamesAxesAndUnitsAndEscapesNames) {
   EXPECT_THAT(plain, HasSubstr("depth z, mm"));
   EXPECT_THAT(plain, Not(HasSubstr("pixels, %")));
   EXPECT_THAT(plain, Not(HasSubstr("nan")));
-  const std::string scene = AnalysisFigure(display, analysis, Scene(analysis));
+  const std::string scene = AnalysisFigure(display, analysis, AnalysedScene(analysis));
   EXPECT_THAT(scene, HasSubstr("pixels, %"));
   EXPECT_THAT(scene, HasSubstr("50.0 % of its detail"));
 }
@@ -93,8 +93,8 @@ Workspace PlacedFor(const Display& display, const std::filesystem::path& root) {
   testing_scene::TexturedRectangle wall;
   wall.centre = {0, 0, 9};
   wall.wavelength = 0.4;
-  DepthView truth = testing_scene::Scene({wall}).Capture(testing_scene::PinholeOf(96, 96, 100),
-                                                         testing_scene::PoseAt({0, 0, 0}));
+  DepthView truth = testing_scene::PlaneScene({wall}).Capture(testing_scene::PinholeOf(96, 96, 100),
+                                                              testing_scene::PoseAt({0, 0, 0}));
   truth.view.name = "middle";
   truth.view.image = root / "middle.png";
   WriteSrgb8(truth.view.image, truth.color.span());

@@ -53,7 +53,7 @@ slots = 5
 
 // Patterns, and photographs of them from one place, a little out of focus, 2 px per panel px. Edges
 // need more lines of sight a pixel than sinusoids.
-fs::path Taken(CalibrationMode mode, int binning, int samples) {
+fs::path PhotographedBy(CalibrationMode mode, int binning, int samples) {
   fs::path folder = ScratchFolder();
   WriteTextAtomically(folder / "small.toml", DisplayOf(binning));
   WritePatterns(folder / "patterns",
@@ -97,7 +97,7 @@ double RmsOf(const fs::path& taken, const PanelPhoto& photo) {
 }
 
 TEST(CalibratePhotos, FindsBoardsWhereThePrototypeShowsThem) {
-  const fs::path folder = Taken(CalibrationMode::kQuick, 1, 64);
+  const fs::path folder = PhotographedBy(CalibrationMode::kQuick, 1, 64);
   std::string report;
   const CheckedPhotos checked = CheckPhotos(
       folder / "patterns", folder / "taken/images",
@@ -118,7 +118,7 @@ TEST(CalibratePhotos, FindsBoardsWhereThePrototypeShowsThem) {
 }
 
 TEST(CalibratePhotos, DecodesSinusoidsWhereThePrototypeShowsThem) {
-  const fs::path folder = Taken(CalibrationMode::kPrecise, 2, 16);
+  const fs::path folder = PhotographedBy(CalibrationMode::kPrecise, 2, 16);
   const CheckedPhotos checked = CheckPhotos(
       folder / "patterns", folder / "taken/images", [](const auto&, const auto&) {},
       SilentProgress());

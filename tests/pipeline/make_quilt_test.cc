@@ -27,7 +27,7 @@ bool Equal(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b) {
 }
 
 // Mean over every `step`-th row.
-double SquaredError(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, int step = 1) {
+double MeanSquare(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b, int step = 1) {
   double sum = 0;
   int rows = 0;
   for (int y = 0; y < a.height; y += step, ++rows) {
@@ -138,17 +138,17 @@ TEST(ReadQuilt, MistakesAreOneLine) {
   EXPECT_EQ(ReadQuilt(folder / "plain.png", {4, 3, {}, 0}).views, 12);
 }
 
-fs::path RealData() {
+fs::path RealPhotographs() {
   const char* place = std::getenv("LAMELLA_DATA");
   return place == nullptr ? fs::path() : fs::path(place);
 }
 
 TEST(RealQuilt, IsThatOfItsPhotographsAndReadsBackToThem) {
-  if (RealData().empty()) GTEST_SKIP() << "LAMELLA_DATA is not set";
-  const fs::path photos = RealData() / "greenbuddha/images", scratch = ScratchFolder();
+  if (RealPhotographs().empty()) GTEST_SKIP() << "LAMELLA_DATA is not set";
+  const fs::path photos = RealPhotographs() / "greenbuddha/images", scratch = ScratchFolder();
   const MadeQuilt made =
       MakeQuilt(photos, {{7, 5, 0.5625}, false}, scratch / "GreenBuddha.png", SilentProgress());
-  const fs::path published_file = RealData() / "greenbuddha/GreenBuddha_qs7x5a0.5625.jpg";
+  const fs::path published_file = RealPhotographs() / "greenbuddha/GreenBuddha_qs7x5a0.5625.jpg";
   EXPECT_EQ(made.file.stem(), published_file.stem());
   const ReadQuiltResult ours = ReadQuilt(made.file, {}), published = ReadQuilt(published_file, {});
   EXPECT_EQ(ours.codes.width(), published.codes.width());
@@ -165,11 +165,11 @@ TEST(RealQuilt, IsThatOfItsPhotographsAndReadsBackToThem) {
     EXPECT_TRUE(Equal(QuiltView(ours.codes.span(), ours.layout, view), photo)) << view;
     // The published tile is this photograph's and no other's.
     const auto tile = QuiltView(published.codes.span(), published.layout, view);
-    const double own = SquaredError(tile, photo);
+    const double own = MeanSquare(tile, photo);
     error += own / 33;
     for (int other = 0; other < 33; ++other) {
       if (other == view) continue;
-      EXPECT_LT(2 * own, SquaredError(tile, pictures[static_cast<std::size_t>(other)].span(), 8));
+      EXPECT_LT(2 * own, MeanSquare(tile, pictures[static_cast<std::size_t>(other)].span(), 8));
     }
   }
   const double psnr = 10 * std::log10(255.0 * 255.0 / error);
@@ -179,7 +179,7 @@ TEST(RealQuilt, IsThatOfItsPhotographsAndReadsBackToThem) {
     const auto tile = QuiltView(published.codes.span(), published.layout, view);
     const Image<Rgb8> black(tile.width, tile.height);
     EXPECT_TRUE(Equal(QuiltView(ours.codes.span(), ours.layout, view), black.span()));
-    EXPECT_LT(SquaredError(tile, black.span()), 1);
+    EXPECT_LT(MeanSquare(tile, black.span()), 1);
   }
   const auto back = SplitQuilt(made.file, {}, scratch / "back", SilentProgress());
   ASSERT_EQ(back.size(), 33U);
@@ -189,8 +189,8 @@ TEST(RealQuilt, IsThatOfItsPhotographsAndReadsBackToThem) {
 }
 
 TEST(RealQuilt, OfNumbersIsReadAndWoven) {
-  if (RealData().empty()) GTEST_SKIP() << "LAMELLA_DATA is not set";
-  const fs::path folder = RealData() / "formats/lookingglass";
+  if (RealPhotographs().empty()) GTEST_SKIP() << "LAMELLA_DATA is not set";
+  const fs::path folder = RealPhotographs() / "formats/lookingglass";
   const ReadQuiltResult read = ReadQuilt(folder / "quilt_numbers_qs8x6.png", {});
   EXPECT_EQ(read.views, 48);
   EXPECT_EQ(QuiltView(read.codes.span(), read.layout, 0).width, 192);

@@ -14,7 +14,7 @@ namespace lamella {
 namespace {
 
 // paper-two-layer with an eighth of its panel's width: the back layer seen in a mirror.
-Display SmallPrototype() {
+Display EyePrototype() {
   Display display;
   display.name = "small";
   display.width_px = 240;
@@ -79,7 +79,7 @@ void MakeReal(Display& display) {
 class PrototypeAndEye : public testing::TestWithParam<bool> {};
 
 TEST_P(PrototypeAndEye, SeeTheSamePictureFromTheViewingPosition) {
-  Display display = SmallPrototype();
+  Display display = EyePrototype();
   if (GetParam()) MakeReal(display);
   const LayerImages layers = Emitters(display);
   Prototype prototype = Showing(display, DesignCalibration(display), layers);
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Panels, PrototypeAndEye, testing::Bool(),
 // designed; with emitters of which nothing is known.
 TEST(CalibratedEyes, SeeWhatSimulatedEyesSeeOfADisplayAsDesigned) {
   LayersRecord record;
-  record.display = SmallPrototype();
+  record.display = EyePrototype();
   std::get<Barrier>(record.display.layers[0].optics).contrast = 30;
   record.display.slot_crosstalk = 0.2;
   record.calibration = DesignCalibration(record.display);

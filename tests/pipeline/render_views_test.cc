@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing_scene::PinholeOf;
+using testing_scene::PlaneScene;
 using testing_scene::PoseAt;
-using testing_scene::Scene;
 
 // A workspace whose stages poses and depth left the truth of a scene; and cameras between its
 // views.
@@ -44,7 +44,7 @@ class RenderViewsTest : public testing::Test {
 
   // Photographs of twice the rendered size, and depth of the rendered size.
   View Add(const std::string& name, const Eigen::Vector3d& centre) const {
-    const Scene scene = testing_scene::TwoPlanes();
+    const PlaneScene scene = testing_scene::TwoPlanes();
     DepthView truth = scene.Capture(PinholeOf(240, 160, 220), PoseAt(centre));
     truth.view.name = name;
     truth.view.image = root_ / "photos" / (name + ".png");

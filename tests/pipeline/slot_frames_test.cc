@@ -23,12 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kWidth = 30, kHeight = 78;  // 39 rows of emitters where binned: no multiple of 7
+constexpr int kSlotWidth = 30,
+              kSlotHeight = 78;  // 39 rows of emitters where binned: no multiple of 7
 
 Display Small(const std::string& name, const Optics& optics) {
   Display display = FindDisplay(name);
-  display.width_px = kWidth;
-  display.height_px = kHeight;
+  display.width_px = kSlotWidth;
+  display.height_px = kSlotHeight;
   for (Layer& layer : display.layers) layer.optics = optics;
   return display;
 }
@@ -56,8 +57,8 @@ EmitterImage Rows(const Display& display, int first_row, int end_row) {
                      Image<float>(columns, end_row - first_row, 1.0F)};
   for (int y = first_row; y < end_row; ++y) {
     for (int x = 0; x < columns; ++x) {
-      image.color(x, y - first_row) = {static_cast<float>(y) / kHeight,
-                                       static_cast<float>(x) / kWidth,
+      image.color(x, y - first_row) = {static_cast<float>(y) / kSlotHeight,
+                                       static_cast<float>(x) / kSlotWidth,
                                        static_cast<float>((31 * y + 7 * x) % 64) / 63};
       if ((5 * y + x) % 37 == 0) image.coverage(x, y - first_row) = 0;
     }
@@ -69,8 +70,8 @@ void ExpectTheSlotsPixels(const fs::path& folder, const Display& display, int la
   const Image<Rgb8> truth =
       EmitterFrame(Rows(display, 0, display.emitter_rows()), display, layer, PanelResponse::Srgb());
   const Image<Rgb8> frame = ReadSrgb8(folder / FrameFile(layer, slot, "emitter"));
-  ASSERT_EQ(frame.width(), kWidth);
-  ASSERT_EQ(frame.height(), kHeight);
+  ASSERT_EQ(frame.width(), kSlotWidth);
+  ASSERT_EQ(frame.height(), kSlotHeight);
   EXPECT_TRUE(std::equal(truth.data(), truth.data() + truth.size(), frame.data()));
   const fs::path file = folder / FrameFile(layer, slot, "modulator");
   const bool barrier =
@@ -114,7 +115,7 @@ TEST(SlotFrames, AskForEveryRowOnceAndForAStripAtMost) {
     return Rows(display, first, end);
   };
   WriteSlotFrames(emitters, display, 0, 4, PanelResponse::Srgb(), folder, 7);
-  EXPECT_EQ(next, kHeight);
+  EXPECT_EQ(next, kSlotHeight);
 }
 
 TEST(SlotFrames, HoldFewRowsOfALargeDisplay) {

@@ -37,7 +37,7 @@ EmitterImage Emitters(int layer, int slot, int columns, int rows) {
   return image;
 }
 
-Workspace WithLayers(Display display) {
+Workspace WithRandomLayers(Display display) {
   Workspace workspace(ScratchFolder());
   LayersRecord record;
   record.display = std::move(display);
@@ -58,21 +58,21 @@ Workspace WithLayers(Display display) {
   return workspace;
 }
 
-Workspace WithLayers(const std::string& name) {
+Workspace WithRandomLayers(const std::string& name) {
   Display display = FindDisplay(name);
   display.width_px = kWidth;
   display.height_px = kHeight;
-  return WithLayers(std::move(display));
+  return WithRandomLayers(std::move(display));
 }
 
-void MakeFrames(const Workspace& workspace, const FramesOptions& options = {}) {
+void MakeBarrierFrames(const Workspace& workspace, const FramesOptions& options = {}) {
   StageRun run(workspace, "frames", "in", "options");
   run.Commit(RunFrames(workspace, options, run, SilentProgress()), 0, 0);
 }
 
 TEST(StageFrames, PutsEveryEmitterOnItsPanelPixels) {
-  const Workspace workspace = WithLayers("paper-two-layer-half");
-  MakeFrames(workspace);
+  const Workspace workspace = WithRandomLayers("paper-two-layer-half");
+  MakeBarrierFrames(workspace);
   const Image<Rgb8> back = ReadSrgb8(workspace.Stage("frames") / "layer_0_slot_7_emitter.png");
   const Image<Rgb8> front = ReadSrgb8(workspace.Stage("frames") / "layer_1_slot_7_emitter.png");
   ASSERT_EQ(back.width(), kWidth);
@@ -98,11 +98,11 @@ TEST(StageFrames, PutsEveryEmitterOnItsPanelPixels) {
 }
 
 TEST(StageFrames, DescribesEveryFrame) {
-  const Workspace workspace = WithLayers("paper-two-layer");
+  const Workspace workspace = WithRandomLayers("paper-two-layer");
   FramesOptions options;
   options.response = "gamma";
   options.gamma = 2.4;
-  MakeFrames(workspace, options);
+  MakeBarrierFrames(workspace, options);
   const auto folder = workspace.Stage("frames");
   const auto json = nlohmann::json::parse(ReadText(folder / "frames.json"));
   EXPECT_EQ(json.at("format_version"), 1);
@@ -125,22 +125,22 @@ TEST(StageFrames, DescribesEveryFrame) {
 }
 
 TEST(StageFrames, WritesTheSameBytesWithAnyNumberOfThreads) {
-  const Workspace workspace = WithLayers("paper-two-layer");
+  const Workspace workspace = WithRandomLayers("paper-two-layer");
   std::string hashes[2];
   for (const int threads : {1, 2}) {
     const ThreadLimit limit(threads);
-    MakeFrames(workspace);
+    MakeBarrierFrames(workspace);
     hashes[threads - 1] = LoadStageRecord(workspace, "frames")->OutputsHash();
   }
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
 TEST(StageFrames, NamesADamagedSlotAndLeavesNoneOfItsFiles) {
-  const Workspace workspace = WithLayers("paper-two-layer");
+  const Workspace workspace = WithRandomLayers("paper-two-layer");
   const auto damaged = workspace.Stage("layers") / EmitterFile(1, 4);
   std::filesystem::resize_file(damaged, std::filesystem::file_size(damaged) / 2);
   try {
-    MakeFrames(workspace);
+    MakeBarrierFrames(workspace);
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ExitCode::kInput);
@@ -166,12 +166,12 @@ Display SmallVarifocal(bool mirror_x) {
 
 TEST(StageFrames, PacksAVarifocalDisplaysPlanesSoThatTheirMeanIsTheirGrey) {
   for (const bool mirror_x : {false, true}) {
-    const Workspace workspace = WithLayers(SmallVarifocal(mirror_x));
+    const Workspace workspace = WithRandomLayers(SmallVarifocal(mirror_x));
     FramesOptions options;
     options.strokes = 8;
     options.channels = "GBR";
     options.bits = "msb-first";
-    MakeFrames(workspace, options);
+    MakeBarrierFrames(workspace, options);
     const LayersRecord record = LoadLayersRecord(workspace);
     const LayerImages layers = LoadLayerImages(workspace, record);
     const PanelImages panels = LoadPanelImages(workspace, record);
@@ -202,10 +202,10 @@ TEST(StageFrames, PacksAVarifocalDisplaysPlanesSoThatTheirMeanIsTheirGrey) {
 }
 
 TEST(StageFrames, ShowsAVarifocalDisplaysPlanesInGreyWhereAsked) {
-  const Workspace workspace = WithLayers(SmallVarifocal(false));
+  const Workspace workspace = WithRandomLayers(SmallVarifocal(false));
   FramesOptions options;
   options.planes = "grey";
-  MakeFrames(workspace, options);
+  MakeBarrierFrames(workspace, options);
   EXPECT_FALSE(std::filesystem::exists(workspace.Stage("frames") / "layer_0_slot_0_modulator.png"));
   const LayersRecord record = LoadLayersRecord(workspace);
   const LayerImages layers = LoadLayerImages(workspace, record);
@@ -216,12 +216,12 @@ TEST(StageFrames, ShowsAVarifocalDisplaysPlanesInGreyWhereAsked) {
 }
 
 TEST(StageFrames, RefusesAnOddNumberOfStrokesThereAndBack) {
-  const Workspace workspace = WithLayers(SmallVarifocal(false));
+  const Workspace workspace = WithRandomLayers(SmallVarifocal(false));
   FramesOptions options;
   options.strokes = 7;
-  EXPECT_THROW(MakeFrames(workspace, options), Error);
+  EXPECT_THROW(MakeBarrierFrames(workspace, options), Error);
   options.there_and_back = false;
-  MakeFrames(workspace, options);
+  MakeBarrierFrames(workspace, options);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr double kFar = 3, kNear = 2, kFocal = 120;
-constexpr int kWidth = 96, kHeight = 72;
+constexpr int kCaptureWidth = 96, kCaptureHeight = 72;
 
 // The far plane everywhere, before it a near one where X > 0.2.
 bool IsNear(double x) { return x > 0.2; }
@@ -41,12 +41,14 @@ struct Drawn {
 };
 
 Drawn Draw(const View& view) {
-  Drawn drawn{Image<Rgb>(kWidth, kHeight),
-              {Image<float>(kWidth, kHeight), Image<float>(kWidth, kHeight, 1.0F)}};
+  Drawn drawn{Image<Rgb>(kCaptureWidth, kCaptureHeight),
+              {Image<float>(kCaptureWidth, kCaptureHeight),
+               Image<float>(kCaptureWidth, kCaptureHeight, 1.0F)}};
   const Eigen::Vector3d centre = Centre(view.camera_from_world);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const double dx = (x + 0.5 - kWidth / 2.0) / kFocal, dy = (y + 0.5 - kHeight / 2.0) / kFocal;
+  for (int y = 0; y < kCaptureHeight; ++y) {
+    for (int x = 0; x < kCaptureWidth; ++x) {
+      const double dx = (x + 0.5 - kCaptureWidth / 2.0) / kFocal,
+                   dy = (y + 0.5 - kCaptureHeight / 2.0) / kFocal;
       const bool near = IsNear(centre.x() + kNear * dx);
       const double depth = near ? kNear : kFar;
       drawn.color(x, y) = Color(centre.x() + depth * dx, centre.y() + depth * dy, near);
@@ -66,8 +68,14 @@ Workspace WithCapture() {
       View view;
       view.name = "view_" + std::to_string(row) + std::to_string(column);
       view.image = workspace.root() / (view.name + ".png");
-      view.camera = {CameraModel::kPinhole, kWidth,        kHeight, kFocal, kFocal,
-                     kWidth / 2.0,          kHeight / 2.0, {}};
+      view.camera = {CameraModel::kPinhole,
+                     kCaptureWidth,
+                     kCaptureHeight,
+                     kFocal,
+                     kFocal,
+                     kCaptureWidth / 2.0,
+                     kCaptureHeight / 2.0,
+                     {}};
       view.camera_from_world.translation = {-0.5 * (column - 1), -0.5 * (row - 1), 0};
       view.grid = GridPosition{row, column};
       const Drawn drawn = Draw(view);
@@ -82,8 +90,8 @@ Workspace WithCapture() {
 
 LayersOptions SmallDisplay(const Workspace& workspace) {
   Display display = FindDisplay("paper-two-layer");
-  display.width_px = kWidth;
-  display.height_px = kHeight;
+  display.width_px = kCaptureWidth;
+  display.height_px = kCaptureHeight;
   const auto path = workspace.root() / "small.toml";
   WriteTextAtomically(path, ToToml(display));
   LayersOptions options;
@@ -129,8 +137,8 @@ TEST(StageLayers, ShowsEachPlaneInTheLayerThatIsNearerToIt) {
   for (int layer = 0; layer < 2; ++layer) {
     const RayMap map(record.display, layer);
     const double z = layer == 0 ? -20 : 20;
-    for (int row = 15; row < kHeight - 15; ++row) {
-      for (int column = 15; column < kWidth - 15; ++column) {
+    for (int row = 15; row < kCaptureHeight - 15; ++row) {
+      for (int column = 15; column < kCaptureWidth - 15; ++column) {
         const auto x = map.Column(1, column), y = map.Row(1, row);
         if (!x || !y) continue;
         const double offset = z - map.position_mm(), near_offset = 20 - map.position_mm();

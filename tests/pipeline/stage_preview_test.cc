@@ -24,14 +24,14 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing_scene::PinholeOf;
+using testing_scene::PlaneScene;
 using testing_scene::PoseAt;
-using testing_scene::Scene;
 
 constexpr int kPanel = 240;  // px, square; a view's pixel is a panel's on z = 0
 constexpr double kStepMm = 25;
 
 // A wall at the back and a smaller rectangle in front of it, of smooth textures.
-Scene WallAndCard() {
+PlaneScene WallAndCard() {
   testing_scene::TexturedRectangle wall, card;
   wall.centre = {0, 0, 9.5};
   wall.wavelength = 1.2;
@@ -41,7 +41,7 @@ Scene WallAndCard() {
   card.wavelength = 0.8;
   card.phase = 1;
   card.brightness = 0.25;
-  return Scene({wall, card});
+  return PlaneScene({wall, card});
 }
 
 // Built once: five views (a cross of neighbours kStepMm apart as eyes), exact depth, layers made
@@ -57,7 +57,7 @@ class StagePreviewTest : public testing::Test {
     LayersRecord record;
     record.display = FindDisplay("paper-two-layer");
     record.display.width_px = record.display.height_px = kPanel;
-    const Scene scene = WallAndCard();
+    const PlaneScene scene = WallAndCard();
     ViewSet set;
     set.views.push_back(Add(scene, "middle", {0, 0, 0}));
     PlacementOptions options;
@@ -88,7 +88,7 @@ class StagePreviewTest : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(root_); }
 
-  static View Add(const Scene& scene, const std::string& name, const Eigen::Vector3d& centre) {
+  static View Add(const PlaneScene& scene, const std::string& name, const Eigen::Vector3d& centre) {
     DepthView truth = scene.Capture(PinholeOf(kPanel, kPanel, 600), PoseAt(centre));
     truth.view.name = name;
     truth.view.image = root_ / "photos" / (name + ".png");

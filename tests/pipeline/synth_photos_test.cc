@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-constexpr const char* kDisplay = R"(
+constexpr const char* kPhotographedDisplay = R"(
 name = "tiny"
 viewing_distance_mm = 300
 [panel]
@@ -42,7 +42,7 @@ constexpr const char* kShots = R"({"format_version": 1, "shots": [
 // The display, its shots and a mark in the top left of the panel, in a folder.
 fs::path Folder() {
   fs::path folder = ScratchFolder();
-  WriteTextAtomically(folder / "tiny.toml", kDisplay);
+  WriteTextAtomically(folder / "tiny.toml", kPhotographedDisplay);
   WriteTextAtomically(folder / "shots.json", kShots);
   Image<Rgb8> mark(36, 24);
   for (int v = 2; v < 6; ++v) {
