@@ -12,7 +12,8 @@ if(LAMELLA_WERROR)
 endif()
 if(LAMELLA_SANITIZE)
   target_compile_options(lamella_flags INTERFACE
-    -fsanitize=${LAMELLA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
+    -fsanitize=${LAMELLA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined
+    $<$<CXX_COMPILER_ID:Clang>:-fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/cmake/sanitizers.ignore>)
   target_link_options(lamella_flags INTERFACE -fsanitize=${LAMELLA_SANITIZE})
 endif()
 if(LAMELLA_COVERAGE)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Format, include arrows, file sizes, clang-tidy. Exits 1 where any of them has a complaint.
 #
-#   scripts/check.sh [--all] [--preset NAME]
+#   scripts/check.sh [--all]
 #
 # clang-tidy looks at the .cc files that changed since origin/main (or, on main itself, in the last
 # commit); --all looks at every one, which takes many minutes.
@@ -9,12 +9,10 @@ set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 all=false
-preset=dev
 while (($#)); do
   case "$1" in
     --all) all=true; shift ;;
-    --preset) preset=$2; shift 2 ;;
-    *) echo "check: unknown argument $1; usage: scripts/check.sh [--all] [--preset NAME]" >&2; exit 2 ;;
+    *) echo "check: unknown argument $1; usage: scripts/check.sh [--all]" >&2; exit 2 ;;
   esac
 done
 
@@ -58,12 +56,8 @@ changed_sources() {
 mapfile -t tidy < <(changed_sources)
 echo "check: clang-tidy on ${#tidy[@]} files"
 if ((${#tidy[@]})); then
-  # The commands are GCC's: clang does not know all of its warnings.
-  [[ -f build/$preset/compile_commands.json ]] || cmake --preset "$preset" --log-level=WARNING
-  printf '%s\0' "${tidy[@]}" \
-    | xargs -0 -n 1 -P "$(nproc)" clang-tidy --quiet -p "build/$preset" \
-      --extra-arg=-Wno-unknown-warning-option 2>/dev/null \
-    || fail "clang-tidy"
+  cmake --preset files --log-level=WARNING >/dev/null
+  scripts/tidy.py build/files "${tidy[@]}" || fail "clang-tidy"
 fi
 
 $failed && exit 1

@@ -17,7 +17,7 @@ packages=(
   colmap
   # to test and to check
   libgtest-dev libgmock-dev libbenchmark-dev python3 chromium chromium-driver clang-format
-  clang-tidy
+  clang-tidy clang libclang-rt-dev
 )
 
 if [[ "${1:-}" == --list ]]; then

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "lightfield/display.h"
+#include "lightfield/error.h"
 #include "pipeline/program/command_line.h"
 
 namespace lamella {
@@ -73,6 +76,20 @@ ExitCode List() {
   return ExitCode::kDone;
 }
 
+// A line for every file, and the code of the first that is not right.
+ExitCode Check(const std::vector<std::string>& files) {
+  ExitCode code = ExitCode::kDone;
+  for (const std::string& file : files) {
+    try {
+      fmt::print("{}: good: {}\n", file, Describe(FindDisplay(file)));
+    } catch (const Error& error) {
+      fmt::print(stderr, "lamella: {}\n", error.what());
+      if (code == ExitCode::kDone) code = error.code();
+    }
+  }
+  return code;
+}
+
 }  // namespace
 
 void AddDisplays(CLI::App& program, Invocation& invocation) {
@@ -93,14 +110,12 @@ void AddDisplays(CLI::App& program, Invocation& invocation) {
       return ExitCode::kDone;
     };
   });
-  CLI::App& check = *app.add_subcommand("check", "is a display file right? one line tells");
-  check.add_option("FILE", *name, "display file (TOML)")->required();
-  check.callback([name, &invocation] {
-    invocation.action = [name](Progress&) {
-      fmt::print("{}: good: {}\n", *name, Describe(FindDisplay(*name)));
-      return ExitCode::kDone;
-    };
-  });
+  CLI::App& check =
+      *app.add_subcommand("check", "are display files right? one line for each tells");
+  auto files = std::make_shared<std::vector<std::string>>();
+  check.add_option("FILE", *files, "display files (TOML)")->required();
+  check.callback(
+      [files, &invocation] { invocation.action = [files](Progress&) { return Check(*files); }; });
 }
 
 }  // namespace lamella

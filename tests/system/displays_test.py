@@ -160,11 +160,27 @@ class Displays(SystemTest):
             self.assertIn("good", result.out)
 
     def test_every_mistake_gets_one_line(self):
-        for good, old, new, *words in MISTAKES:
+        files = []
+        for i, (good, old, new, *_) in enumerate(MISTAKES):
+            self.assertIn(old, good)
+            files.append(self.dir / f"mistake_{i:03}.toml")
+            files[-1].write_text(good.replace(old, new, 1))
+        result = run("displays", "check", *files)
+        self.assertEqual((result.code, result.out), (2, ""))
+        lines = result.error_lines()
+        self.assertEqual(len(lines), len(files))
+        for file, line, (_, old, new, *words) in zip(files, lines, MISTAKES):
             with self.subTest(old[:40] + " -> " + new[:40]):
-                self.assertIn(old, good)
-                self.file.write_text(good.replace(old, new, 1))
-                self.assert_refused(run("displays", "check", self.file), 2, "mine.toml", *words)
+                for word in (file.name, *words):
+                    self.assertIn(word.lower(), line.lower())
+
+    def test_good_files_are_told_from_wrong_ones(self):
+        (self.dir / "good.toml").write_text(LENSES)
+        self.file.write_text("nonsense = 1\n")
+        result = run("displays", "check", self.file, self.dir / "good.toml", self.dir / "absent.toml")
+        self.assertEqual(result.code, 2)
+        self.assertIn("good.toml: good", result.out)
+        self.assertEqual([line.count("mine.toml") + 2 * line.count("absent.toml") for line in result.error_lines()], [1, 2])
 
     def test_layers_refuses_them_before_any_work(self):
         for good, old, new, *words in MISTAKES[::9]:
