@@ -12,9 +12,9 @@ namespace lamella {
 
 inline std::filesystem::path ScratchFolder() {
   const testing::TestInfo& test = *testing::UnitTest::GetInstance()->current_test_info();
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) /
-                                       (std::string("lamella-") + test.test_suite_name() + "-" +
-                                        test.name() + "-" + std::to_string(getpid()));
+  std::filesystem::path folder = std::filesystem::path(testing::TempDir()) /
+                                 (std::string("lamella-") + test.test_suite_name() + "-" +
+                                  test.name() + "-" + std::to_string(getpid()));
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;

@@ -127,7 +127,8 @@ inline std::vector<double> RenderPlane(const PlanarPanel& panel, const Image<flo
       for (int y = std::max(0, static_cast<int>(std::floor(low[1]))); y <= y1; ++y) {
         const auto strip = Clip(Clip(quad, 1, y, 1), 1, y + 1, -1);
         for (int x = std::max(0, static_cast<int>(std::floor(low[0]))); x <= x1; ++x) {
-          picture[static_cast<std::size_t>(y * camera.width + x)] +=
+          picture[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+                  static_cast<std::size_t>(x)] +=
               Area(Clip(Clip(strip, 0, x, 1), 0, x + 1, -1)) * static_cast<double>(light(u, v));
         }
       }
