@@ -5,11 +5,13 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <map>
 #include <set>
 #include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "lightfield/error.h"
@@ -77,29 +79,6 @@ void CheckViews(const std::vector<WhiteReading>& readings, int num_layers,
   }
 }
 
-LayerEvenness LayerOf(const VectorXd& solution, const MatrixXd& covariance,
-                      const EvennessColumns& columns, int layer) {
-  LayerEvenness of;
-  of.gains = {kGainColumns, kGainRows, {}};
-  of.falloff = solution(columns.Falloff(layer));
-  of.falloff_sd = std::sqrt(covariance(columns.Falloff(layer), columns.Falloff(layer)));
-  double sum = 0;
-  for (int cell = 0; cell < kGainCells; ++cell) {
-    of.gains.gains.push_back(std::exp(solution(columns.Cell(layer, cell))));
-    sum += of.gains.gains.back();
-  }
-  for (double& gain : of.gains.gains) gain *= kGainCells / sum;
-  // Against the layer's mean: its own level is no matter of evenness.
-  const Index first = columns.Cell(layer, 0);
-  const MatrixXd block = covariance.block(first, first, kGainCells, kGainCells);
-  const VectorXd means = block.rowwise().mean();
-  for (Index cell = 0; cell < kGainCells; ++cell) {
-    const double variance = block(cell, cell) - 2 * means(cell) + means.mean();
-    of.largest_gain_sd = std::max(of.largest_gain_sd, std::sqrt(std::max(0.0, variance)));
-  }
-  return of;
-}
-
 double WeightOf(const WhiteReading& reading) {
   const double relative = reading.variance / (reading.light * reading.light);
   return 1 / (relative + kRelativeWhiteError * kRelativeWhiteError);
@@ -107,35 +86,97 @@ double WeightOf(const WhiteReading& reading) {
 
 struct SolvedEvenness {
   VectorXd solution;
-  MatrixXd covariance;
+  MatrixXd covariance;  // of errors that every reading has for itself
+  MatrixXd by_views;    // of errors that the readings of a view share
   double rms = 0;
 };
 
+// (1 - leverage)^(-1/2), by which the residuals of a view are as large as its errors; 0 where the
+// view alone tells a direction, which then has no residual.
+MatrixXd InverseRoot(const MatrixXd& leverage) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> of(leverage);
+  const VectorXd root = of.eigenvalues().unaryExpr([](double share) {
+    constexpr double kLeastLeft = 1e-4;
+    return 1 - share > kLeastLeft ? 1 / std::sqrt(1 - share) : 0.0;
+  });
+  return of.eigenvectors() * root.asDiagonal() * of.eigenvectors().transpose();
+}
+
+// The covariance of a least-squares solution whose errors are alike within a view and independent
+// between views: the bias-reduced sandwich "CR2" of Bell and McCaffrey (2002), times n/(n - 1) of n
+// views, since it is 15 % small for 4 of them whose light is off as a whole. `rows` and `residuals`
+// are whitened, `inverse` is that of rows^T rows.
+MatrixXd CovarianceByViews(const MatrixXd& rows, const VectorXd& residuals,
+                           const std::vector<WhiteReading>& readings, const MatrixXd& inverse) {
+  std::map<int, std::vector<Index>> views;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    views[readings[i].view].push_back(static_cast<Index>(i));
+  }
+  MatrixXd covariance = MatrixXd::Zero(inverse.rows(), inverse.cols());
+  for (const auto& [view, members] : views) {
+    const MatrixXd of_view = rows(members, Eigen::all);
+    const MatrixXd leverage = of_view * inverse * of_view.transpose();
+    const VectorXd error = InverseRoot(leverage) * residuals(members);
+    const VectorXd moved = inverse * (of_view.transpose() * error);
+    covariance += moved * moved.transpose();
+  }
+  const auto count = static_cast<double>(views.size());
+  return covariance * (count / std::max(1.0, count - 1));
+}
+
 SolvedEvenness SolveEvenness(const std::vector<WhiteReading>& readings,
                              const EvennessColumns& columns) {
-  MatrixXd information = MatrixXd::Zero(columns.size(), columns.size());
-  VectorXd right = VectorXd::Zero(columns.size());
-  for (const WhiteReading& reading : readings) {
-    const VectorXd row = RowOf(reading, columns);
-    information += WeightOf(reading) * row * row.transpose();
-    right += WeightOf(reading) * std::log(reading.light) * row;
+  const auto count = static_cast<Index>(readings.size());
+  MatrixXd rows(count, columns.size());
+  VectorXd lights(count), roots(count);
+  for (Index i = 0; i < count; ++i) {
+    const WhiteReading& reading = readings[static_cast<std::size_t>(i)];
+    roots(i) = std::sqrt(WeightOf(reading));
+    rows.row(i) = roots(i) * RowOf(reading, columns).transpose();
+    lights(i) = roots(i) * std::log(reading.light);
   }
+  MatrixXd information = rows.transpose() * rows;
   // What nothing is known of gets a large deviation rather than none.
   information.diagonal().array() += 1e-2;
   const Eigen::LDLT<MatrixXd> factors(information);
-  SolvedEvenness solved{factors.solve(right),
-                        factors.solve(MatrixXd::Identity(columns.size(), columns.size())), 0};
-  double squares = 0, chi2 = 0;
-  for (const WhiteReading& reading : readings) {
-    const double residual = std::log(reading.light) - RowOf(reading, columns).dot(solved.solution);
-    squares += residual * residual;
-    chi2 += WeightOf(reading) * residual * residual;
-  }
-  const auto count = static_cast<double>(readings.size());
-  const double freedom = std::max(1.0, count - static_cast<double>(columns.size()));
-  solved.covariance *= std::max(1.0, chi2 / freedom);
-  solved.rms = std::sqrt(squares / std::max(1.0, count));
+  SolvedEvenness solved;
+  solved.solution = factors.solve(rows.transpose() * lights);
+  solved.covariance = factors.solve(MatrixXd::Identity(columns.size(), columns.size()));
+  const VectorXd residuals = lights - rows * solved.solution;
+  solved.by_views = CovarianceByViews(rows, residuals, readings, solved.covariance);
+  const double freedom = std::max(1.0, static_cast<double>(count - columns.size()));
+  solved.covariance *= std::max(1.0, residuals.squaredNorm() / freedom);
+  solved.rms = std::sqrt(residuals.cwiseQuotient(roots).squaredNorm() /
+                         std::max(1.0, static_cast<double>(count)));
   return solved;
+}
+
+// Of a layer's gains against their mean: its own level is no matter of evenness.
+VectorXd GainVariances(const MatrixXd& covariance, Index first) {
+  const MatrixXd block = covariance.block(first, first, kGainCells, kGainCells);
+  const VectorXd means = block.rowwise().mean();
+  return ((block.diagonal() - 2 * means).array() + means.mean()).max(0);
+}
+
+// The larger one of both deviations: a few views may by chance agree better than their readings.
+// Of gains the views tell too little cell by cell: they tell by how much all of them are larger.
+LayerEvenness LayerOf(const SolvedEvenness& solved, const EvennessColumns& columns, int layer) {
+  LayerEvenness of;
+  of.gains = {kGainColumns, kGainRows, {}};
+  const Index falloff = columns.Falloff(layer), first = columns.Cell(layer, 0);
+  of.falloff = solved.solution(falloff);
+  of.falloff_sd =
+      std::sqrt(std::max(solved.covariance(falloff, falloff), solved.by_views(falloff, falloff)));
+  double sum = 0;
+  for (Index cell = 0; cell < kGainCells; ++cell) {
+    of.gains.gains.push_back(std::exp(solved.solution(first + cell)));
+    sum += of.gains.gains.back();
+  }
+  for (double& gain : of.gains.gains) gain *= kGainCells / sum;
+  const VectorXd alone = GainVariances(solved.covariance, first);
+  const double shared = GainVariances(solved.by_views, first).sum() / alone.sum();
+  of.largest_gain_sd = std::sqrt(alone.maxCoeff() * std::max(1.0, shared));
+  return of;
 }
 
 void CheckKnown(const LayerEvenness& layer, int index, const std::string& display) {
@@ -171,7 +212,7 @@ Evenness FitEvenness(const std::vector<WhiteReading>& readings, int num_layers,
     LayerEvenness of;
     if (std::any_of(usable.begin(), usable.end(),
                     [&](const WhiteReading& reading) { return reading.layer == layer; })) {
-      of = LayerOf(solved.solution, solved.covariance, columns, layer);
+      of = LayerOf(solved, columns, layer);
       CheckKnown(of, layer, display);
     }
     evenness.layers.push_back(std::move(of));

@@ -38,10 +38,11 @@ struct Evenness {
 double VignettingAt(const Evenness& evenness, double radius2);
 
 // Weighted least squares of log light = log gain (bilinear between the cells' middles) + u1 r^2 +
-// u2 r^4 + u3 r^6 + falloff log cosine; weights 1/((sd/light)^2 + (1e-3)^2); deviations times the
-// root of chi^2 per degree of freedom above 1. Every layer with readings needs 3 views or more.
-// InputError (naming `display`, and the photographs to add) where there are fewer, a fall-off is
-// not known to 0.1 or a cell's gain to 1 %: directions are too much alike.
+// u2 r^4 + u3 r^6 + falloff log cosine; weights 1/((sd/light)^2 + (1e-3)^2). Deviations are
+// the larger ones of two: of errors of single readings (times the root of chi^2 per degree of
+// freedom above 1), and of errors that a photograph's readings share. Every layer with readings
+// needs 3 views or more. InputError (naming `display`, and the photographs to add) where there are
+// fewer, a fall-off is not known to 0.1 or a cell's gain to 1 %: directions are too much alike.
 Evenness FitEvenness(const std::vector<WhiteReading>& readings, int num_layers,
                      const std::string& display);
 

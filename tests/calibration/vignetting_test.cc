@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -45,8 +46,8 @@ struct View {
 };
 
 std::vector<WhiteReading> Photographed(const Truth& truth, const std::vector<View>& views,
-                                       double noise) {
-  std::mt19937 random(4);
+                                       double noise, unsigned seed = 4) {
+  std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::vector<WhiteReading> readings;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -91,6 +92,38 @@ TEST(FitEvenness, TellsTheLensFromTheDisplay) {
   }
   EXPECT_LT(fit.rms, 0.002);
   EXPECT_NEAR(VignettingAt(fit, 0.5), (1 - 0.125) / std::pow(1 + 0.5 * 0.36 * 0.36, 2), 0.01);
+}
+
+// Photographs whose light differs as a whole (a lamp, a shutter) or from the middle to the corners.
+TEST(FitEvenness, SaysHowUncertainTheFallOffIsWhereWholePhotographsAreOff) {
+  const Truth truth = MakeTruth();
+  constexpr int kTrials = 60;
+  for (const bool radial : {false, true}) {
+    for (const std::size_t num_views : {4U, 5U}) {
+      const std::vector<View> views(kViews.begin(), kViews.begin() + num_views);
+      double squares = 0, stated = 0;
+      for (unsigned trial = 0; trial < kTrials; ++trial) {
+        std::vector<WhiteReading> readings = Photographed(truth, views, 3e-4, trial);
+        std::mt19937 random(1000 + trial);
+        std::normal_distribution<double> off(0, radial ? 1e-3 : 5e-4);
+        std::vector<double> shared(views.size());
+        for (double& value : shared) value = off(random);
+        for (WhiteReading& reading : readings) {
+          const double share = radial ? reading.radius2 : 1;
+          reading.light *= 1 + share * shared[static_cast<std::size_t>(reading.view)];
+        }
+        const Evenness fit = FitEvenness(readings, 2, "d");
+        for (std::size_t l = 0; l < 2; ++l) {
+          squares += std::pow(fit.layers[l].falloff - truth.falloff[l], 2);
+          stated += std::pow(fit.layers[l].falloff_sd, 2);
+        }
+      }
+      const double ratio = std::sqrt(stated / squares);
+      EXPECT_GT(ratio, 0.8) << radial << " " << num_views << " "
+                            << std::sqrt(squares / kTrials / 2);
+      EXPECT_LT(ratio, 1.6) << radial << " " << num_views;
+    }
+  }
 }
 
 TEST(FitEvenness, RefusesDirectionsThatAreAlike) {
