@@ -27,7 +27,8 @@ constexpr int kGainCells = kGainColumns * kGainRows;
 constexpr int kVignettingTerms = 3;
 constexpr int kLeastViews = 3;
 constexpr double kRelativeWhiteError = 1e-3;
-constexpr double kMostFalloffSd = 0.1, kMostGainSd = 0.01;
+constexpr double kMostGainSd = 0.01;
+constexpr double kMostFalloffSd = 0.16;  // 1 % of the light 20 degrees aside
 
 // EvennessColumns: the vignetting's terms, then per layer its fall-off and its cells.
 struct EvennessColumns {

@@ -42,7 +42,7 @@ double VignettingAt(const Evenness& evenness, double radius2);
 // the larger ones of two: of errors of single readings (times the root of chi^2 per degree of
 // freedom above 1), and of errors that a photograph's readings share. Every layer with readings
 // needs 3 views or more. InputError (naming `display`, and the photographs to add) where there are
-// fewer, a fall-off is not known to 0.1 or a cell's gain to 1 %: directions are too much alike.
+// fewer, a fall-off is not known to 0.16 or a cell's gain to 1 %: directions are too much alike.
 Evenness FitEvenness(const std::vector<WhiteReading>& readings, int num_layers,
                      const std::string& display);
 

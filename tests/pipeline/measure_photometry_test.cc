@@ -235,7 +235,12 @@ void ExpectFound(const fs::path& folder, const Calibration& truth) {
     ADD_FAILURE() << name;
     return 0.0;
   };
-  EXPECT_GT(sd_of("layer 1 fall-off"), 0);
+  // Poses from boards in so small photographs are off by degrees, which is an error of whole views.
+  for (std::size_t l = 0; l < 2; ++l) {
+    const double off =
+        layers[l].emitter.photometry.falloff - truth.layers[l].emitter.photometry.falloff;
+    EXPECT_LT(std::abs(off), 2.5 * sd_of("layer " + std::to_string(l) + " fall-off"));
+  }
   EXPECT_LT(sd_of("layer 0 emitter gamma"), 0.01);
   SaveCalibration(folder / "measured.json", measured.calibration, {{}, measured.deviations});
   EXPECT_EQ(LoadLightDeviations(folder / "measured.json").size(), measured.deviations.size());
