@@ -21,7 +21,7 @@ constexpr double kLeastEigenvalueRatio = 0.02;
 // How far a corner's place within a pixel moves it, where blur is about a pixel (same place).
 constexpr double kPixelPhasePx = 0.01;
 
-// SaddleSums over the window around a point: M = sum w g g^T, b = sum w g g^T (x - point).
+// Sums over the window around a point: M = sum w g g^T, b = sum w g g^T (x - point).
 struct SaddleSums {
   Matrix2d m = Matrix2d::Zero();
   Vector2d b = Vector2d::Zero();

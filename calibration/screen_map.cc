@@ -103,7 +103,7 @@ std::vector<Sample> SamplesAround(const ScreenMap& map, Pixel middle, int half_w
 }
 
 // u (1 + h.x) = a0 + a1 x + a2 y, v likewise with b and the same h. Since u and v are small around
-// the node, the errors stay those of u and v. HomographyNumbers: a0 a1 a2 b0 b1 b2 h1 h2.
+// the node, the errors stay those of u and v. Numbers: a0 a1 a2 b0 b1 b2 h1 h2.
 using HomographyNumbers = Eigen::Matrix<double, 8, 1>;
 using HomographyInformation = Eigen::Matrix<double, 8, 8>;
 

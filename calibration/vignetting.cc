@@ -30,7 +30,7 @@ constexpr double kRelativeWhiteError = 1e-3;
 constexpr double kMostGainSd = 0.01;
 constexpr double kMostFalloffSd = 0.16;  // 1 % of the light 20 degrees aside
 
-// EvennessColumns: the vignetting's terms, then per layer its fall-off and its cells.
+// The vignetting's terms, then per layer its fall-off and its cells.
 struct EvennessColumns {
   int num_layers;
   Index size() const { return kVignettingTerms + num_layers * (1 + kGainCells); }

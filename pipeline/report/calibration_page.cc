@@ -61,9 +61,9 @@ std::string Verdict(const CalibrationReport& report) {
     html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", name, EscapedHtml(value));
   };
   if (report.rays.sd_px.empty()) {
-    fact("RayErrors", "no number: some parameters are unknown");
+    fact("Rays", "no number: some parameters are unknown");
   } else {
-    fact("RayErrors are known to",
+    fact("Rays are known to",
          fmt::format("{:.4f} px RMS ({} asked for), {:.4f} px at worst ({} asked for)",
                      report.rays.rms_sd_px, report.limits.largest_ray_rms_px, report.rays.max_sd_px,
                      report.limits.largest_ray_max_px));

@@ -41,6 +41,7 @@ class CalibrationPageTest(unittest.TestCase):
         first = "return document.querySelector('main > section').innerText;"
         self.show(self.good)
         self.assertIn("Certain enough", self.browser.run(first))
+        self.assertIn("Rays are known to", self.text())
         self.show(self.open)
         self.assertIn("Not certain", self.browser.run(first))
         self.assertIn("Cure:", self.text())
