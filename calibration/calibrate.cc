@@ -13,6 +13,7 @@
 #include "calibration/covariance.h"
 #include "calibration/gates.h"
 #include "calibration/initialise.h"
+#include "calibration/panel_edges.h"
 #include "calibration/weaknesses.h"
 
 namespace lamella {
@@ -172,14 +173,17 @@ CalibrationReport Calibrate(const Observations& given, const Calibration& design
                             const CalibrateOptions& options) {
   Check(given, kSolveWhere);
   Check(design, kSolveWhere);
-  const Observations observations = Sorted(given);
-  const Structure structure = StructureOf(observations, design);
-  const CalibrationState start = Initialise(observations, structure);
-  Selection selection = SelectGroups(start, structure, observations, options.eye_box);
+  const Observations all = Sorted(given);
+  const Structure structure = StructureOf(all, design);
+  const Fit first = Solve(Initialise(all, structure), structure, all, {});
+  const ClearOfEdges clear = WithoutPanelEdges(first.state, structure, all);
+  const Observations& observations = clear.observations;
+  Selection selection = SelectGroups(first.state, structure, observations, options.eye_box);
   const Fit& fit = selection.fit;
 
   CalibrationReport report;
   CopyResult(fit, structure, observations, report);
+  report.at_edges = clear.left_out;
   Summarise(fit, structure, observations, report);
   report.groups = std::move(selection.verdicts);
   report.degeneracy = DegeneracyOf(fit);

@@ -6,6 +6,7 @@
 //   residuals.h      residuals of all photographs and their normal equations
 //   problem-inl.h    the same as Ceres takes them; minimise.h: its minimiser
 //   initialise.h     starting values, from one homography per panel and photograph
+//   panel_edges.h    points that another panel's edge displaces
 //   solve.h          the joint robust solution; slip.h: photographs of one position that moved
 //   select.h         which groups of parameters the photographs ask for and carry
 //   uncertainty.h    how well rays are known, and what the photographs leave open
@@ -75,6 +76,7 @@ struct CalibrationReport {
   Degeneracy degeneracy;
   std::vector<GroupVerdict> groups;
   std::vector<std::string> rejected;  // photographs left out, and why
+  std::vector<std::string> at_edges;  // panels with points that another's edge cuts: ClearOfEdges
   // Where `failures` is not empty the calibration is not to be used (exit code 4).
   std::vector<Weakness> failures, warnings;
   bool accepted() const { return failures.empty(); }

@@ -75,8 +75,9 @@ SolvedPhotos SolvePhotos(const SolvePhotosOptions& options, Progress& progress) 
   CalibrateOptions calibrate;
   calibrate.eye_box = CleanEyesOf(solved.display);
   solved.report = Calibrate(observations, set_up.design, calibrate);
-  solved.left_out.insert(solved.left_out.end(), solved.report.rejected.begin(),
-                         solved.report.rejected.end());
+  for (const auto* lines : {&solved.report.rejected, &solved.report.at_edges}) {
+    solved.left_out.insert(solved.left_out.end(), lines->begin(), lines->end());
+  }
   progress.Advance();
   return solved;
 }

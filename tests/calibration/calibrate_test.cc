@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "lightfield/error.h"
+#include "lightfield/panel_rays.h"
 #include "tests/calibration/standard_scene.h"
 
 namespace lamella {
@@ -79,6 +80,50 @@ TEST(Calibrate, FindsAMisalignedDisplayFromExactPoints) {
         1e-3);
     EXPECT_EQ(report.reference, (PanelId{1, PanelId::kModulator}));
   }
+}
+
+// Pixels of the layer's other panel from the point that a photograph shows to that panel's nearest
+// edge; negative: beyond it. Along the line of sight, opposite to the code under test.
+double FromOtherEdge(const StandardScene& scene, const PanelPhoto& photo,
+                     const Observation& point) {
+  const LayerCalibration& layer = scene.truth.layers[static_cast<std::size_t>(photo.panel.layer)];
+  const bool emitter = photo.panel.role == PanelId::kEmitter;
+  const Rigid& camera_from_display =
+      scene.camera_from_display[static_cast<std::size_t>(photo.view)];
+  const auto hit = LayerSights(layer).Seen(
+      Centre(camera_from_display),
+      camera_from_display.rotation.inverse() * *Unproject(scene.camera, point.image_px));
+  const Eigen::Vector2d at = emitter ? hit->modulator : hit->emitter;
+  const PanelCalibration& other = emitter ? *layer.modulator : layer.emitter;
+  return std::min({at.x(), other.width_px - at.x(), at.y(), other.height_px - at.y()});
+}
+
+// Panels 20 mm (64 px) apart: where the edge of one cuts what surrounds a corner of the other, the
+// corner is found elsewhere, whatever the position. Such corners neither count nor speak against
+// those that do.
+TEST(Calibrate, LeavesOutCornersThatThePanelBeforeOrBehindCuts) {
+  SceneOptions options;
+  options.misalign_mm = 20;
+  options.misalign_deg = 5;
+  options.seed = 7;
+  const StandardScene scene = MakeStandardScene(options);
+  Observations observations = Noisy(scene.exact, 0.02, 4);
+  int num_cut = 0;
+  for (PanelPhoto& photo : observations.photos) {
+    std::erase_if(photo.points, [&](Observation& point) {
+      const double away_px = FromOtherEdge(scene, photo, point);
+      const bool cut = away_px > 1 && away_px < 7;
+      if (cut) point.image_px.y() += 0.2;
+      num_cut += cut;
+      return away_px < 0;  // there is no light
+    });
+  }
+  ASSERT_GT(num_cut, 24);
+  const CalibrationReport report = Calibrate(observations, scene.design);
+  EXPECT_TRUE(report.accepted()) << Lost(report);
+  EXPECT_NEAR(report.chi2, 1, 0.06);
+  EXPECT_LT(RayError(report.calibration, scene.truth, scene).rms_px, 2 * report.rays.rms_sd_px);
+  EXPECT_THAT(report.at_edges, testing::Contains(HasSubstr("of an edge of layer")));
 }
 
 TEST(Calibrate, StatesItsErrorUnderNoise) {
