@@ -12,6 +12,7 @@
 #include "calibration/lens_sightings.h"
 #include "lightfield/error.h"
 #include "lightfield/panel_rays.h"
+#include "pipeline/calibration_report.h"
 #include "pipeline/calibration_set_up.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/observe_photos.h"
@@ -121,12 +122,6 @@ void AddPlanes(const CheckedPhotos& checked, const ViewOfPosition& view_of,
   }
 }
 
-void AddWeaknesses(const std::vector<Weakness>& weaknesses, std::string& text) {
-  for (const Weakness& weakness : weaknesses) {
-    text += fmt::format("  {}\n    cure: {}\n", weakness.lost, weakness.cure);
-  }
-}
-
 }  // namespace
 
 SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progress& progress) {
@@ -149,7 +144,9 @@ SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progr
   AddPlanes(checked, view_of, design, photos, progress, observations, names);
   solved.photos = HashPhotos(names, photos);
   for (const CheckedPhoto& photo : checked.photos) {
-    if (!photo.good) solved.left_out.push_back(photo.photo + ": " + photo.verdict);
+    if (photo.good) continue;
+    (names.count(photo.photo) > 0 ? solved.doubtful : solved.left_out)
+        .push_back(photo.photo + ": " + photo.verdict);
   }
   progress.Start("solution", 1, "calibration");
   CalibrateVarifocalOptions calibrate;
@@ -170,9 +167,10 @@ std::string DescribeVarifocal(const SolvedVarifocal& solved) {
       report.accepted()
           ? fmt::format("The planes of {} are known well enough.\n", solved.display.name)
           : fmt::format("The planes of {} are not known well enough.\n", solved.display.name);
-  AddWeaknesses(report.failures, text);
+  text += DescribeWeaknesses("what the photographs leave open", report.failures);
+  text += DescribeWeaknesses("what is weak", report.warnings);
   text += fmt::format(
-      "chi^2 {:.3f} per degree of freedom, slip {:.4f} px, views over {:.1f} degrees\n"
+      "\nchi^2 {:.3f} per degree of freedom, slip {:.4f} px, views over {:.1f} degrees\n"
       "{}\n\n"
       "planes: z mm, magnification, tilt x and y in degrees, each with its standard "
       "deviation; chi^2\n",
@@ -192,9 +190,8 @@ std::string DescribeVarifocal(const SolvedVarifocal& solved) {
     text += fmt::format("  {}: {}, {}\n", group.group, group.freed ? "freed" : "as designed",
                         group.reason);
   }
-  if (!solved.left_out.empty()) text += "\nleft out\n";
-  for (const std::string& line : solved.left_out) text += fmt::format("  {}\n", line);
-  return text;
+  return text + DescribeLines("left out", solved.left_out) +
+         DescribeLines("used, though better ones would help", solved.doubtful);
 }
 
 }  // namespace lamella

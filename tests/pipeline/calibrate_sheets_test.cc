@@ -21,6 +21,7 @@
 #include "pipeline/calibration_record.h"
 #include "pipeline/capture/transforms_json.h"
 #include "pipeline/photo_cameras.h"
+#include "pipeline/report/sheets_page.h"
 #include "pipeline/sheet_sights.h"
 #include "pipeline/solve_sheets.h"
 #include "pipeline/synth_photos.h"
@@ -287,6 +288,14 @@ TEST(CalibrateSheets, FindsSlantedLensesOfAVirtualPrototype) {
   EXPECT_THAT(text, HasSubstr("sheet: the calibration is certain enough\n"));
   ASSERT_EQ(solved.sheets.size(), 1U);
   EXPECT_EQ(solved.sheets[0].num_views, 2);
+  EXPECT_EQ(solved.sheets[0].report.residuals.CellsSeen(), 40U);
+  const std::string page = SheetsPage(solved);
+  EXPECT_THAT(page, HasSubstr("Certain enough: the calibration was written."));
+  EXPECT_THAT(page, HasSubstr(fmt::format("{:.4f} px at worst (0.02 asked for)",
+                                          solved.sheets[0].report.drift_max_px)));
+  EXPECT_THAT(page,
+              HasSubstr(fmt::format(">{:.4f}</text>", solved.sheets[0].report.drift[8].rms_px)));
+  EXPECT_THAT(page, HasSubstr("position 1: -12.7° to the right, 3.7° up"));
   EXPECT_NEAR(solved.calibration.layers[0].gap_mm, LayerOf(taken.truth).gap_mm, 0.03);
   EXPECT_LT(LargestRayDifference(taken, solved.calibration), 0.04);
   // As other programs weave by them, near and far.
@@ -319,6 +328,7 @@ TEST(CalibrateSheets, SaysWhatAFewHexagonalLensesAreWorth) {
   EXPECT_THAT(solved.failures()[0].lost,
               HasSubstr("layer 0: lenses at the panel's edge are known"));
   EXPECT_THAT(DescribeSheets(solved), HasSubstr("NOT certain"));
+  EXPECT_THAT(SheetsPage(solved), HasSubstr("Not certain: there is no calibration"));
   const double sd = solved.sheets[0].report.drift_max_px;
   EXPECT_LT(sd, 0.06);
   EXPECT_LT(LargestRayDifference(taken, solved.calibration), 3 * sd);
@@ -458,6 +468,7 @@ TEST(CalibrateSheets, FindsLensesByAPrintedBoardBesideThem) {
   ASSERT_EQ(solved.sheets.size(), 1U);
   EXPECT_EQ(solved.sheets[0].num_views, 2);
   EXPECT_THAT(text, HasSubstr("corners of the printed board in 8 photographs"));
+  EXPECT_THAT(SheetsPage(solved), HasSubstr("(hollow: of the printed board alone)"));
   const auto boards = std::count_if(solved.photos.begin(), solved.photos.end(),
                                     [](const SolvedPhotos::Photo& photo) {
                                       return photo.file.find("printed_board") != std::string::npos;
@@ -484,6 +495,9 @@ TEST(CalibrateSheets, NeedPositionsWhoseCamerasAreKnown) {
   const SolvedSheets one = SolveSheets(taken.options, SilentProgress());
   ASSERT_FALSE(one.failures().empty());
   EXPECT_THAT(one.failures()[0].lost, HasSubstr("there is one camera position only"));
+  const Vector3d next = one.sheets[0].report.next_eye.value();
+  EXPECT_THAT(SheetsPage(one), HasSubstr(fmt::format("gap, ({:.0f}, {:.0f}, {:.0f}) mm", next.x(),
+                                                     next.y(), next.z())));
   TransformsJson cameras = ReadTransformsJson(taken.options.cameras);
   const fs::path other = taken.folder / "other.json";
   cameras.views.resize(1);
