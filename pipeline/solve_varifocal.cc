@@ -65,10 +65,10 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
   const PrintedBoard printed = BoardOf(checked, options.board_square_mm);
   const PanelCalibration sheet = PanelOf(printed);
   const std::vector<BoardPhoto> photos = BoardPhotosOf(checked, options.photos.photos);
-  // Corners are known as well as they fit the board alone: a page is not flat to a hundredth of a
-  // pixel, and with less its marks would be taken for errors beside the planes' points.
-  const double rms_px = CamerasOfBoard(photos, body, printed).rms_px;
-  const Eigen::Matrix2d covariance = rms_px * rms_px / 2 * Eigen::Matrix2d::Identity();
+  // Corners are known as well as they fit the board alone, relative to one another as each says: a
+  // page is not flat to a hundredth of a pixel, and with less its marks would be taken for errors
+  // beside the planes' points.
+  const double chi2 = CamerasOfBoard(photos, body, printed).chi2;
   ViewOfPosition view_of(static_cast<std::size_t>(checked.num_views), -1);
   std::vector<int> positions;
   for (const BoardPhoto& photo : photos) {
@@ -78,8 +78,8 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
     }
     VarifocalView view{fmt::format("{}", photo.view + 1), 0, {}, {}};
     for (const Observation& point : photo.points) {
-      view.marks.push_back(
-          {PanelPoint(sheet, point.panel_px).head<2>(), point.image_px, covariance});
+      view.marks.push_back({PanelPoint(sheet, point.panel_px).head<2>(), point.image_px,
+                            chi2 * point.covariance_px2});
     }
     observations.views.push_back(view);
     positions.push_back(photo.view);

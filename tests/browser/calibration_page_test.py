@@ -116,6 +116,8 @@ class CalibrationPageTest(unittest.TestCase):
                 phone.open(self.page(page))
                 width, window = phone.run("return [document.documentElement.scrollWidth, innerWidth];")
                 self.assertLessEqual(width, window)
+                facts = phone.run("return [...document.querySelectorAll('dd')].map((d) => d.clientWidth);")
+                self.assertGreater(min(facts), 0.7 * window)
 
 
 if __name__ == "__main__":
