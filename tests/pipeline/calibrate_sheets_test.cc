@@ -34,6 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -469,16 +470,24 @@ TEST(CalibrateSheets, FindsLensesByAPrintedBoardBesideThem) {
   EXPECT_EQ(solved.sheets[0].num_views, 2);
   EXPECT_THAT(text, HasSubstr("corners of the printed board in 8 photographs"));
   EXPECT_THAT(SheetsPage(solved), HasSubstr("(hollow: of the printed board alone)"));
-  const auto boards = std::count_if(solved.photos.begin(), solved.photos.end(),
-                                    [](const SolvedPhotos::Photo& photo) {
-                                      return photo.file.find("printed_board") != std::string::npos;
-                                    });
-  EXPECT_EQ(boards, 8);
+  const auto is_of_board = [](const SolvedPhotos::Photo& photo) {
+    return photo.file.find("printed_board") != std::string::npos;
+  };
+  EXPECT_EQ(std::count_if(solved.photos.begin(), solved.photos.end(), is_of_board), 8);
+  const auto boards = std::find_if(solved.photos.begin(), solved.photos.end(), is_of_board);
   const double sd = solved.sheets[0].report.drift_max_px;
   EXPECT_LT(sd, 0.04);
   EXPECT_LT(scene.LargestDifferencePx(solved), 3 * sd);
   // The first panel stands in the display's middle.
   EXPECT_LT(LayerOf(solved.calibration).offset_mm.norm(), 0.2);
+  // The board between sinusoids makes others of those after it.
+  const fs::path photos = scene.Options().photos;
+  fs::copy_file(photos / boards->file, photos / "camera_01_10_then_the_board.png");
+  const SolvedSheets without = SolveSheets(scene.Options(), SilentProgress());
+  EXPECT_EQ(without.sheets[0].num_views, 1);
+  EXPECT_THAT(without.left_out,
+              Contains(HasSubstr("position 1: camera_01_10_then_the_board.png shows the printed "
+                                 "board between sinusoids")));
 }
 
 std::string Refusal(const SolveSheetsOptions& options) {
