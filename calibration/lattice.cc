@@ -53,8 +53,8 @@ Drift DriftOf(const Matrix5d& covariance, const LatticeModel& model, const Layer
   const std::vector<Vector3d> eyes = box.Eyes();
   for (const Vector3d& eye : eyes) {
     for (std::size_t place = 0; place < drift.at.size(); ++place) {
-      const Vector2d side(static_cast<double>(place % kPlaces) - 1,
-                          1 - static_cast<double>(place / kPlaces));
+      const std::size_t column = place % kPlaces, row = place / kPlaces;
+      const Vector2d side(static_cast<double>(column) - 1, 1 - static_cast<double>(row));
       const Eigen::Matrix<double, 2, 5> slopes =
           model.SlopesOfDrift(half.cwiseProduct(side), stack_from_display * eye);
       const Eigen::Matrix2d of_point = slopes * covariance * slopes.transpose() / (pixel * pixel);

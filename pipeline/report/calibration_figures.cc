@@ -87,11 +87,13 @@ std::string DeviationFigure(const std::string& label, int columns,
                             const std::vector<PlaceDeviation>& places, double limit_px) {
   constexpr double kCellHeight = 40;
   const double width = kFigureWidth / columns;
-  const std::size_t rows = places.size() / static_cast<std::size_t>(columns);
-  SvgDrawing drawing(kFigureWidth, kCellHeight * static_cast<double>(rows), label);
+  const auto per_row = static_cast<std::size_t>(columns);
+  const std::size_t num_rows = places.size() / per_row;
+  SvgDrawing drawing(kFigureWidth, kCellHeight * static_cast<double>(num_rows), label);
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const double x = width * static_cast<double>(i % static_cast<std::size_t>(columns));
-    const double y = kCellHeight * static_cast<double>(i / static_cast<std::size_t>(columns));
+    const std::size_t column = i % per_row, row = i / per_row;
+    const double x = width * static_cast<double>(column);
+    const double y = kCellHeight * static_cast<double>(row);
     const double rms = places[i].rms_px;
     if (std::isnan(rms)) {
       drawing.Cell(x, y, width, kCellHeight, 0, "no ray through here meets the panel");
