@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* kLeftOut = "<i>7.png</i>: take again: no board is seen";
 
-SolvedPhotos Panels(const SceneOptions& options) {
+SolvedPhotos PanelsOfScene(const SceneOptions& options) {
   const StandardScene scene = MakeStandardScene(options);
   SolvedPhotos solved;
   solved.display.name = "standard <b>display</b>";
@@ -44,7 +44,7 @@ Display SheetDisplay() {
   return display;
 }
 
-SolvedSheets Sheets(const std::vector<Eigen::Vector3d>& eyes, bool by_board) {
+SolvedSheets SheetOfScene(const std::vector<Eigen::Vector3d>& eyes, bool by_board) {
   const Sheet sheet;
   const LatticeOptions options = SheetViewers();
   SolvedSheets solved;
@@ -76,7 +76,7 @@ SolvedSheets Sheets(const std::vector<Eigen::Vector3d>& eyes, bool by_board) {
   return solved;
 }
 
-SolvedVarifocal Planes(int num_views, double angle_deg) {
+SolvedVarifocal PlanesOfScene(int num_views, double angle_deg) {
   VarifocalSceneOptions options;
   options.num_views = num_views;
   options.angle_deg = angle_deg;
@@ -103,12 +103,12 @@ int main(int argc, char** argv) {
   };
   lamella::SceneOptions options;
   options.bow_mm = 0.1;
-  write("panels-good.html", lamella::CalibrationPage(lamella::Panels(options)));
+  write("panels-good.html", lamella::CalibrationPage(lamella::PanelsOfScene(options)));
   options.num_views = 4;
   options.yaw_deg = options.pitch_deg = 0;
-  write("panels-open.html", lamella::CalibrationPage(lamella::Panels(options)));
-  write("sheets-good.html", lamella::SheetsPage(lamella::Sheets(lamella::TwoEyes(), true)));
-  write("sheets-open.html", lamella::SheetsPage(lamella::Sheets({{90, 60, 500}}, false)));
-  write("varifocal-good.html", lamella::VarifocalPage(lamella::Planes(12, 9)));
-  write("varifocal-open.html", lamella::VarifocalPage(lamella::Planes(3, 2)));
+  write("panels-open.html", lamella::CalibrationPage(lamella::PanelsOfScene(options)));
+  write("sheets-good.html", lamella::SheetsPage(lamella::SheetOfScene(lamella::TwoEyes(), true)));
+  write("sheets-open.html", lamella::SheetsPage(lamella::SheetOfScene({{90, 60, 500}}, false)));
+  write("varifocal-good.html", lamella::VarifocalPage(lamella::PlanesOfScene(12, 9)));
+  write("varifocal-open.html", lamella::VarifocalPage(lamella::PlanesOfScene(3, 2)));
 }
