@@ -106,6 +106,7 @@ BoardCameras CamerasOfBoard(const std::vector<BoardPhoto>& photos, const PhotoCa
   const std::vector<std::size_t> views = UsedViews(fit, structure);
   cameras.found = PosesOf(fit.state, body, views);
   for (const std::size_t view : views) cameras.views.push_back(structure.views[view]);
+  cameras.chi2 = fit.variance;
   cameras.has_k3 = fit.free.k3;
   cameras.rejected = fit.rejected;
   Summarise(fit, structure, observations, cameras);

@@ -33,6 +33,7 @@ struct BoardCameras {
   std::vector<CameraPoses> off;
   int num_corners = 0, num_used = 0;
   double rms_px = 0;       // length of used corners' residuals in the image: of both axes together
+  double chi2 = 0;         // per degree of freedom: of used corners, in their own deviations
   double focal_sd_px = 0;  // the larger of two axes
   bool has_k3 = false;     // else the lens has k1, k2, p1 and p2
   std::vector<std::string> rejected;

@@ -200,7 +200,7 @@ CalibrationReport Calibrate(const Observations& given, const Calibration& design
   report.residuals = MapResiduals(fit, structure, observations);
   report.limits = options;
   report.next_view = BestNextView(fit, structure, observations, options.eye_box);
-  report.warnings = ThinCoverage(fit, structure, observations, options.eye_box);
+  report.warnings = ThinCoverage(fit, structure, report.residuals, options.eye_box);
   return report;
 }
 

@@ -12,7 +12,7 @@
 namespace lamella {
 namespace {
 
-constexpr double kLargestSlipPx = 0.05, kLargestCellPx = 0.03, kLargestLeftOut = 0.35;
+constexpr double kLargestSlipPx = 0.05, kLargestLeftOut = 0.35;
 constexpr double kLeastChi2 = 0.7, kMostChi2 = 1.5, kMostHeldOut = 1.3;
 constexpr double kChance = 4;  // standard deviations
 // chi^2 of a point below which residuals are what rounding leaves: a hundredth of its deviation.
@@ -94,8 +94,7 @@ double Excess(const ResidualCell& cell, double panel_left_out) {
       cell.num_left_out /
       std::max({kLargestLeftOut * num, num * panel_left_out + kChance * spread, 4.0});
   if (cell.num_points == 0) return left_out;
-  const double chance = kChance * cell.rms_px / std::sqrt(cell.num_points);
-  return std::max(left_out, cell.mean_px.norm() / std::hypot(kLargestCellPx, chance));
+  return std::max(left_out, cell.mean_px.norm() / std::hypot(kLargestMeanPx, cell.ChancePx()));
 }
 
 double LeftOut(const ResidualMap& map) {

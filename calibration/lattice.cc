@@ -1,6 +1,7 @@
 #include "calibration/lattice.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -12,6 +13,7 @@
 #include "calibration/lattice_model.h"
 #include "calibration/lattice_residuals.h"
 #include "calibration/lattice_search.h"
+#include "calibration/weaknesses.h"
 #include "lightfield/error.h"
 
 namespace lamella {
@@ -25,8 +27,11 @@ constexpr double kMostMisfitPx = 0.03;
 constexpr double kLeastApartMm = 100;
 constexpr double kShareWithGap = 0.7;  // of the drift, if the gap were known: it is the gap then
 
+constexpr int kPlaces = 3;  // by 3, of LatticeReport::drift
+
 struct Drift {
-  double rms_px = 0, max_px = 0;
+  LensDrift all;
+  std::array<LensDrift, kPlaces * kPlaces> at;  // row by row from the top left
   Vector2d worst_px{0, 0};
   Vector3d worst_eye{0, 0, 0};
 };
@@ -39,30 +44,39 @@ Drift DriftOf(const Matrix5d& covariance, const LatticeModel& model, const Layer
   const double pixel = panel.pitch_mm * (1 + panel.scale);
   const Vector2d half = pixel / 2 * Vector2d(panel.width_px, panel.height_px);
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  if (!covariance.allFinite()) return {kUnknown, kUnknown};
   Drift drift;
-  double sum = 0;
-  int count = 0;
-  for (const Vector3d& eye : box.Eyes()) {
-    for (int place = 0; place < 9; ++place) {
-      const Vector2d side(place % 3 - 1, place / 3 - 1);
+  if (!covariance.allFinite()) {
+    drift.all = {kUnknown, kUnknown};
+    drift.at.fill(drift.all);
+    return drift;
+  }
+  const std::vector<Vector3d> eyes = box.Eyes();
+  for (const Vector3d& eye : eyes) {
+    for (std::size_t place = 0; place < drift.at.size(); ++place) {
+      const std::size_t column = place % kPlaces, row = place / kPlaces;
+      const Vector2d side(static_cast<double>(column) - 1, 1 - static_cast<double>(row));
       const Eigen::Matrix<double, 2, 5> slopes =
           model.SlopesOfDrift(half.cwiseProduct(side), stack_from_display * eye);
       const Eigen::Matrix2d of_point = slopes * covariance * slopes.transpose() / (pixel * pixel);
       // In the direction in which it is the largest.
       const double variance =
           Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(of_point).eigenvalues()(1);
-      sum += variance;
-      ++count;
-      if (!(variance > drift.max_px * drift.max_px)) continue;
-      drift.max_px = std::sqrt(variance);
+      LensDrift& at = drift.at[place];
+      at.rms_px += variance / static_cast<double>(eyes.size());
+      at.max_px = std::max(at.max_px, std::sqrt(variance));
+      if (!(variance > drift.all.max_px * drift.all.max_px)) continue;
+      drift.all.max_px = std::sqrt(variance);
       drift.worst_px =
           half / pixel +
           Vector2d(panel.mirror_x ? -side.x() : side.x(), -side.y()).cwiseProduct(half / pixel);
       drift.worst_eye = eye;
     }
   }
-  drift.rms_px = std::sqrt(std::max(0.0, sum / count));
+  for (LensDrift& at : drift.at) {
+    drift.all.rms_px += at.rms_px / static_cast<double>(drift.at.size());
+    at.rms_px = std::sqrt(std::max(0.0, at.rms_px));
+  }
+  drift.all.rms_px = std::sqrt(std::max(0.0, drift.all.rms_px));
   return drift;
 }
 
@@ -93,21 +107,40 @@ Vector3d NextEye(const std::vector<Vector3d>& eyes, const Vector2d& normal) {
   return mean;
 }
 
-Weakness LostWithGap(const LatticeReport& report, const std::vector<Vector3d>& eyes,
-                     const Rigid& display_from_stack, const Vector2d& normal, double limit_px) {
-  const double apart = *std::max_element(report.apart_mm.begin(), report.apart_mm.end());
-  const std::string cameras =
-      report.num_views < 2
-          ? std::string("there is one camera position only")
-          : fmt::format("camera positions are {:.0f} mm apart across the lenses", apart);
-  const Vector3d next = display_from_stack * NextEye(eyes, normal);
-  return {
-      fmt::format("the lenses' pitch and phase cannot be told from their gap: {}; lenses at the "
-                  "panel's edge are known to {:.3f} px, not {:g}",
-                  cameras, report.drift_max_px, limit_px),
-      fmt::format("photograph the patterns from a further position, {:.0f} mm and more away "
-                  "across the lenses, for instance at ({:.0f}, {:.0f}, {:.0f}) mm",
-                  kLeastApartMm, next.x(), next.y(), next.z())};
+double FarthestApart(const LatticeReport& report) {
+  return *std::max_element(report.apart_mm.begin(), report.apart_mm.end());
+}
+
+std::string CamerasApart(const LatticeReport& report) {
+  if (report.num_views < 2) return "there is one camera position only";
+  return fmt::format("camera positions are {:.0f} mm apart across the lenses",
+                     FarthestApart(report));
+}
+
+std::string FurtherPosition(const Vector3d& next) {
+  return fmt::format(
+      "photograph the patterns from a further position, {:.0f} mm and more away across the lenses, "
+      "for instance at ({:.0f}, {:.0f}, {:.0f}) mm",
+      kLeastApartMm, next.x(), next.y(), next.z());
+}
+
+Weakness LostWithGap(const LatticeReport& report, const Vector3d& next) {
+  return {fmt::format("the lenses' pitch and phase cannot be told from their gap: {}; lenses at "
+                      "the panel's edge are known to {:.3f} px, not {:g}",
+                      CamerasApart(report), report.drift_max_px, report.largest_drift_px),
+          FurtherPosition(next)};
+}
+
+// What leaves the lattice to extrapolation, though it is known well enough.
+void AddLatticeWarnings(const Vector3d& next, LatticeReport& report) {
+  if (report.accepted() && FarthestApart(report) < kLeastApartMm) {
+    report.next_eye = next;
+    report.warnings.push_back(
+        {fmt::format("the lenses' pitch and phase lean on their gap: {}", CamerasApart(report)),
+         FurtherPosition(next)});
+  }
+  const auto in_part = SeenInPart("the sheet", report.residuals, "its lenses are");
+  if (in_part) report.warnings.push_back(*in_part);
 }
 
 double MedianSigma(const std::vector<SheetRay>& rays, const LatticeModel& model) {
@@ -161,7 +194,9 @@ constexpr const char* kMoreOfBoard =
 // One lattice does not describe the sheet as a whole.
 void AddMisfit(const LatticeMisfit& misfit, bool by_board, LatticeReport& report) {
   const double pixel = report.layer.emitter.pitch_mm;
-  if (misfit.largest_mm < kMostMisfitPx * pixel + 4.5 * misfit.deviation_mm) return;
+  report.residuals = misfit.map;
+  report.largest_mean_px = kMostMisfitPx + 4.5 * misfit.deviation_mm / pixel;
+  if (misfit.largest_mm < report.largest_mean_px * pixel) return;
   report.failures.push_back(
       {fmt::format(
            "lenses about ({:.0f}, {:.0f}) mm are off the lattice by {:.2f} px: the sheet or "
@@ -171,8 +206,8 @@ void AddMisfit(const LatticeMisfit& misfit, bool by_board, LatticeReport& report
                    by_board ? kBoardStill : "measure the cameras' positions again")});
 }
 
-void AddFailures(const Drift& with_gap_known, const std::vector<Vector3d>& eyes,
-                 const Vector2d& normal, double limit_px, bool by_board, LatticeReport& report) {
+void AddFailures(const LensDrift& with_gap_known, const Vector3d& next, bool by_board,
+                 LatticeReport& report) {
   if (report.num_used < (1 - kMostOutliers) * report.num_samples) {
     report.failures.push_back(
         {fmt::format("{:.0f} % of the samples are off the lattice",
@@ -183,17 +218,17 @@ void AddFailures(const Drift& with_gap_known, const std::vector<Vector3d>& eyes,
                   : "check that the sheet lies flat, that the cameras are where they are said to "
                     "be and that nothing is reflected"});
   }
-  if (report.drift_max_px <= limit_px) return;
+  if (report.drift_max_px <= report.largest_drift_px) return;
   if (with_gap_known.max_px < kShareWithGap * report.drift_max_px) {
-    report.failures.push_back(
-        LostWithGap(report, eyes, report.layer.display_from_stack, normal, limit_px));
+    report.next_eye = next;
+    report.failures.push_back(LostWithGap(report, next));
     return;
   }
   report.failures.push_back(
       {fmt::format(
            "lenses at the panel's edge are known to {:.3f} px, not {:g}: of {} samples with "
            "a noise of {:.2f} px",
-           report.drift_max_px, limit_px, report.num_used, report.noise_px),
+           report.drift_max_px, report.largest_drift_px, report.num_used, report.noise_px),
        fmt::format("photograph the whole panel, expose longer, and {}",
                    by_board ? kMoreOfBoard : "measure the cameras' positions better")});
 }
@@ -221,8 +256,10 @@ LatticeReport EstimateLattice(const LatticeObservations& observations,
   report.layer = LayerWith(design, *design.lattice, fit.model.parameters());
   report.covariance = fit.Covariance(options.eye_sd_mm);
   const Drift known = drift(fit);
-  report.drift_rms_px = known.rms_px;
-  report.drift_max_px = known.max_px;
+  report.drift_rms_px = known.all.rms_px;
+  report.drift_max_px = known.all.max_px;
+  report.largest_drift_px = options.largest_drift_px;
+  report.drift = known.at;
   report.worst_px = known.worst_px;
   report.worst_eye = known.worst_eye;
   report.num_samples = static_cast<int>(rays.size());
@@ -232,11 +269,13 @@ LatticeReport EstimateLattice(const LatticeObservations& observations,
   std::vector<bool> seen(eyes.size(), false);
   for (const SheetRay& ray : rays) seen[static_cast<std::size_t>(ray.view)] = true;
   report.num_views = static_cast<int>(std::count(seen.begin(), seen.end(), true));
+  report.views_fit = FitsOfViews(rays, fit.model, fit.most, eyes.size(), design.emitter.pitch_mm);
   report.apart_mm = ApartOf(eyes, seen, fit.model);
+  const Vector3d next = design.display_from_stack * NextEye(eyes, fit.model.Normal(0));
   const bool by_board = options.camera_errors.num_ways > 0;
-  AddMisfit(MisfitOf(rays, fit.model, fit.most), by_board, report);
-  AddFailures(drift(fit.WithGapKnown()), eyes, fit.model.Normal(0), options.largest_drift_px,
-              by_board, report);
+  AddMisfit(MisfitOf(rays, fit.model, fit.most, design.emitter), by_board, report);
+  AddFailures(drift(fit.WithGapKnown()).all, next, by_board, report);
+  AddLatticeWarnings(next, report);
   return report;
 }
 

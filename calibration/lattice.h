@@ -10,7 +10,9 @@
 // sample names a lens's centre, and the centres lie on the lattice.
 #pragma once
 
+#include <array>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -62,25 +64,40 @@ enum LatticeParameter {
 };
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
+// Standard deviation of the panel's point that eyes of the box see through a lens, px: over the
+// eyes the root mean square and the largest.
+struct LensDrift {
+  double rms_px = 0, max_px = 0;
+};
+
 struct LatticeReport {
   LayerCalibration layer;  // the design with its lattice and its gap as measured
   // Of pitch (mm), rotation (rad), phases (lenses) and reduced gap (mm): of the samples' noise, as
   // it is correlated over parts of the sheet, and of the cameras' positions. A line's second phase
   // has none.
   Matrix5d covariance = Matrix5d::Zero();
-  // Standard deviation of the panel's point that an eye of the box sees through a lens, in the
-  // direction in which it is largest: root mean square and largest of 3 x 3 places from edge to
-  // edge and all eyes.
+  // LensDrift in the direction in which it is largest, of 3 x 3 places from edge to edge.
   double drift_rms_px = 0, drift_max_px = 0;
+  double largest_drift_px = 0;         // what was asked for
+  std::array<LensDrift, 9> drift;      // at the places, row by row from the top left
   Eigen::Vector2d worst_px{0, 0};      // the panel's pixel before which the worst lens lies
   Eigen::Vector3d worst_eye{0, 0, 0};  // and who sees it, in the display's frame
   int num_samples = 0, num_used = 0;   // used: within 4.7 deviations of the lattice
   double noise_px = 0;                 // robust standard deviation of a sample about the lattice
   double chi2 = 0;                     // its square, in the samples' own deviations
   int num_views = 0;                   // with samples
+  std::vector<FitOf> views_fit;        // of each of eyes_mm
   std::vector<double> apart_mm;        // cameras, the farthest two, across each family of lenses
-  // Where not empty the lattice is not to be used.
-  std::vector<Weakness> failures;
+  // Of samples within 4.7 deviations, in 8 x 5 parts of the sheet before the panel as seen from the
+  // front: lens centres as decoded less those of the lattice, in the panel's pixels, right and
+  // down; of a line's across its lenses.
+  ResidualMap residuals;
+  double largest_mean_px = 0;  // that a part may be off across a family: 0.03 and what chance does
+  // Where a further camera would tell pitch and phase from the gap, in the display's frame; none
+  // where positions are apart enough.
+  std::optional<Eigen::Vector3d> next_eye;
+  // Where `failures` is not empty the lattice is not to be used.
+  std::vector<Weakness> failures, warnings;
   bool accepted() const { return failures.empty(); }
 };
 

@@ -25,6 +25,8 @@ constexpr float kFullScale = 0.995F;
 constexpr double kDark = 0.12;      // brighter is no dark photograph; 1.3 % of the light in sRGB
 constexpr double kMostLeak = 0.35;  // through a closed modulator; a tenth of the light
 constexpr double kLeastStep = 0.16;
+// A printed board between sinusoids: seen in no more of them, and as well as where it is due.
+constexpr double kMostUndue = 0.2, kAsWell = 2;
 constexpr double kMostRetakePx = 3;  // a camera that is touched for a retake; no other position
 
 const CalibratedPanel& PanelOf(const ShotList& list, const PanelId& id) {
@@ -114,6 +116,13 @@ bool IsUsable(const PhotoFacts& facts, const ShotList& list, const PatternShot& 
   return facts.sighting && facts.saturated <= kMostSaturated &&
          facts.sighting->mirrored == mirrored &&
          facts.sighting->points.size() >= kLeastUsableCorners;
+}
+
+// RMS of what the corners state.
+double CornerSd(const BoardSighting& seen) {
+  double variance = 0;
+  for (const Observation& point : seen.points) variance += point.covariance_px2.trace() / 2;
+  return std::sqrt(variance / static_cast<double>(std::max<std::size_t>(1, seen.points.size())));
 }
 
 // The displacements' affine field over the panel, so that the corners' noise averages out: its
@@ -310,7 +319,9 @@ void PhotoCheck::Judge(CheckedPhoto& photo) const {
 }
 
 const CheckedPhoto& PhotoCheck::Add(const std::string& photo, PhotoFacts facts) {
+  double undue_board_sd_px = 0;
   if (facts.printed && !MayBePrinted(facts)) {
+    undue_board_sd_px = CornerSd(*facts.sighting);
     facts.printed = false;
     facts.sighting.reset();
   }
@@ -320,6 +331,7 @@ const CheckedPhoto& PhotoCheck::Add(const std::string& photo, PhotoFacts facts) 
     next_ = 0;
   }
   CheckedPhoto checked{photo, view_, place.shot, false, false, "", std::nullopt, std::move(facts)};
+  checked.undue_board_sd_px = undue_board_sd_px;
   Judge(checked);
   if (place.shot) {
     next_ = std::max(next_, *place.shot + 1);
@@ -343,6 +355,37 @@ bool IsOfBoardAlone(const ShotList& list, const std::vector<CheckedPhoto>& photo
   return has_board;
 }
 
+std::optional<std::string> BoardInBetween(const ShotList& list,
+                                          const std::vector<CheckedPhoto>& photos, int view) {
+  double due_sd_px = 0;
+  int num_phase = 0, num_undue = 0;
+  const CheckedPhoto* first = nullptr;
+  for (const CheckedPhoto& photo : photos) {
+    if (photo.view != view || !photo.shot) continue;
+    const Kind kind = list.shots[*photo.shot].kind;
+    if (kind == Kind::kPrinted && photo.usable) due_sd_px = CornerSd(*photo.facts.sighting);
+    if (kind != Kind::kPhase) continue;
+    ++num_phase;
+    if (photo.undue_board_sd_px == 0) continue;
+    ++num_undue;
+    if (first == nullptr || photo.undue_board_sd_px < first->undue_board_sd_px) first = &photo;
+  }
+  if (first == nullptr || kMostUndue * num_phase < num_undue) return std::nullopt;
+  if (first->undue_board_sd_px > kAsWell * due_sd_px) return std::nullopt;
+  return first->photo;
+}
+
+bool MayBeOfBoardAlone(const ShotList& list, const std::vector<CheckedPhoto>& photos, int view) {
+  if (!list.printed) return false;
+  std::size_t taken = 0;
+  for (const CheckedPhoto& photo : photos) {
+    if (photo.view != view || !photo.shot) continue;
+    if (list.shots[*photo.shot].kind == Kind::kPrinted) return false;
+    ++taken;
+  }
+  return 2 * taken < list.shots.size();
+}
+
 std::vector<std::string> PhotoCheck::Missing() const {
   std::vector<std::string> lines;
   for (int view = 0; view <= view_; ++view) {
@@ -356,7 +399,12 @@ std::vector<std::string> PhotoCheck::Missing() const {
       if (++count <= kMostNamed) names += (count > 1 ? ", " : "") + list_.shots[shot].name;
     }
     if (count > kMostNamed) names += fmt::format(" and {} more", count - kMostNamed);
-    if (count > 0) lines.push_back(fmt::format("position {}: take {}", view + 1, names));
+    if (const auto board = BoardInBetween(list_, photos_, view)) {
+      lines.push_back(fmt::format("position {}: {} {}", view + 1, *board, kLeaveBoardOut));
+    }
+    if (count == 0) continue;
+    if (MayBeOfBoardAlone(list_, photos_, view)) names += fmt::format("; {}", kBoardAloneNotFound);
+    lines.push_back(fmt::format("position {}: take {}", view + 1, names));
   }
   return lines;
 }

@@ -38,11 +38,31 @@ struct CheckedPhoto {
   std::string verdict;  // one line: what it is, and what to do
   std::optional<double> moved_px;  // of a repeated shot: the camera's motion since the first
   PhotoFacts facts;
+  // How well corners of a printed board state to be known that is seen though it is not due: 0
+  // where none is.
+  double undue_board_sd_px = 0;
 };
+
+// The photograph of a position that shows the printed board between sinusoids, where it counts as
+// the one that is due and makes others of those after it. A board that is faintly seen beside the
+// display is in many of them, or less well than in its own photograph. None where that is not
+// there.
+std::optional<std::string> BoardInBetween(const ShotList& list,
+                                          const std::vector<CheckedPhoto>& photos, int view);
+inline constexpr const char* kLeaveBoardOut =
+    "shows the printed board between sinusoids, where it counts as one of them: leave it out";
 
 // Whether the printed board, well, and dark shots are all that was photographed from a position:
 // which calibrates the camera.
 bool IsOfBoardAlone(const ShotList& list, const std::vector<CheckedPhoto>& photos, int view);
+
+// Whether so little of the list was photographed from a position, and no printed board, that it may
+// be one of the board alone in which the board was not found: dark, then a blurred board, looks
+// like dark and white.
+bool MayBeOfBoardAlone(const ShotList& list, const std::vector<CheckedPhoto>& photos, int view);
+inline constexpr const char* kBoardAloneNotFound =
+    "where it is of the printed board alone, the board was not found: photograph it again, lit, "
+    "the whole of it in the picture and in focus";
 
 // Takes the photographs in the order in which they were taken: at every camera position all shots
 // of the list, a failed one again at any time before the position changes. Boards tell their panel,

@@ -24,12 +24,12 @@ Matrix2d JacobianAt(const Eigen::Matrix3d& image_from_panel, const Vector2d& pan
          at.z();
 }
 
-std::optional<Eigen::Matrix3d> HomographyOf(const PanelPhoto& photo) {
-  const auto num = static_cast<Eigen::Index>(photo.points.size());
+std::optional<Eigen::Matrix3d> HomographyOf(const std::vector<Observation>& points) {
+  const auto num = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix2Xd panel(2, num), image(2, num);
   for (Eigen::Index k = 0; k < num; ++k) {
-    panel.col(k) = photo.points[static_cast<std::size_t>(k)].panel_px;
-    image.col(k) = photo.points[static_cast<std::size_t>(k)].image_px;
+    panel.col(k) = points[static_cast<std::size_t>(k)].panel_px;
+    image.col(k) = points[static_cast<std::size_t>(k)].image_px;
   }
   return FitHomography(panel, image);
 }
@@ -49,19 +49,18 @@ std::size_t CellOf(const Vector2d& at, const PanelCalibration& panel) {
 }
 
 // Sums, of which Finish makes means.
-void AddPhoto(const PanelPhoto& photo, const Eigen::Matrix2Xd& residuals,
-              const std::vector<char>& inlier, const PanelCalibration& panel, ResidualMap& map) {
-  const auto homography = HomographyOf(photo);
+void AddPhoto(const PanelResiduals& photo, const PanelCalibration& panel, ResidualMap& map) {
+  const auto homography = HomographyOf(*photo.points);
   if (!homography) return;
-  for (std::size_t k = 0; k < photo.points.size(); ++k) {
-    const Observation& point = photo.points[k];
+  for (std::size_t k = 0; k < photo.points->size(); ++k) {
+    const Observation& point = (*photo.points)[k];
     ResidualCell& cell = map.cells[CellOf(point.panel_px, panel)];
-    if (!inlier[k]) {
+    if (!(*photo.inlier)[k]) {
       ++cell.num_left_out;
       continue;
     }
     const Vector2d predicted_minus_seen =
-        InPixels(residuals.col(static_cast<Eigen::Index>(k)), point.covariance_px2);
+        InPixels(photo.whitened->col(static_cast<Eigen::Index>(k)), point.covariance_px2);
     const Vector2d error =
         -(JacobianAt(*homography, point.panel_px).inverse() * predicted_minus_seen);
     ++cell.num_points;
@@ -80,27 +79,63 @@ void Finish(ResidualMap& map) {
 
 }  // namespace
 
+double ResidualCell::ChancePx() const {
+  return num_points > 0 ? 4 * rms_px / std::sqrt(num_points) : 0;
+}
+
+std::size_t ResidualMap::CellsSeen() const {
+  return static_cast<std::size_t>(std::count_if(
+      cells.begin(), cells.end(), [](const ResidualCell& cell) { return cell.num_points > 0; }));
+}
+
+ResidualMap MapOf(const PanelId& id, const PanelCalibration& panel,
+                  const std::vector<PanelResiduals>& photos) {
+  ResidualMap map;
+  map.panel = id;
+  map.cells.resize(ResidualMap::kCells);
+  std::set<int> views;
+  for (const PanelResiduals& photo : photos) {
+    if (std::find(photo.inlier->begin(), photo.inlier->end(), 1) == photo.inlier->end()) continue;
+    views.insert(photo.view);
+    AddPhoto(photo, panel, map);
+  }
+  map.views.assign(views.begin(), views.end());
+  Finish(map);
+  return map;
+}
+
+ResidualMap Pooled(const std::vector<ResidualMap>& maps) {
+  ResidualMap pooled;
+  pooled.cells.resize(ResidualMap::kCells);
+  std::set<int> views;
+  for (const ResidualMap& map : maps) {
+    views.insert(map.views.begin(), map.views.end());
+    for (std::size_t i = 0; i < map.cells.size(); ++i) {
+      const ResidualCell& of = map.cells[i];
+      ResidualCell& cell = pooled.cells[i];
+      cell.num_points += of.num_points;
+      cell.num_left_out += of.num_left_out;
+      cell.mean_px += of.num_points * of.mean_px;
+      cell.rms_px += of.num_points * of.rms_px * of.rms_px;
+    }
+  }
+  pooled.views.assign(views.begin(), views.end());
+  Finish(pooled);
+  return pooled;
+}
+
 std::vector<ResidualMap> MapResiduals(const Fit& fit, const Structure& structure,
                                       const Observations& observations) {
   const auto residuals = WhitenedResiduals(fit.state, structure, observations);
   std::vector<ResidualMap> maps;
   for (const PanelId& panel : structure.panels) {
-    ResidualMap map;
-    map.panel = panel;
-    map.cells.resize(ResidualMap::kCells);
-    std::set<int> views;
+    std::vector<PanelResiduals> photos;
     for (std::size_t i = 0; i < observations.photos.size(); ++i) {
       const PanelPhoto& photo = observations.photos[i];
-      const std::vector<char>& inlier = fit.weighting.inlier[i];
-      if (photo.panel != panel || std::find(inlier.begin(), inlier.end(), 1) == inlier.end()) {
-        continue;
-      }
-      views.insert(photo.view);
-      AddPhoto(photo, residuals[i], inlier, structure.Panel(panel), map);
+      if (photo.panel != panel) continue;
+      photos.push_back({photo.view, &photo.points, &residuals[i], &fit.weighting.inlier[i]});
     }
-    map.views.assign(views.begin(), views.end());
-    Finish(map);
-    maps.push_back(std::move(map));
+    maps.push_back(MapOf(panel, structure.Panel(panel), photos));
   }
   return maps;
 }

@@ -9,6 +9,7 @@
 
 #include "calibration/observations.h"
 #include "calibration/solve.h"
+#include "lightfield/calibration.h"
 
 namespace lamella {
 
@@ -19,7 +20,10 @@ struct ResidualCell {
   Eigen::Vector2d mean_px{0, 0};
   double rms_px = 0;     // of the length
   int num_left_out = 0;  // points that disagree, of photographs that else do not
+  // What chance does to the mean at most, errors being independent: four standard deviations.
+  double ChancePx() const;
 };
+inline constexpr double kLargestMeanPx = 0.03;  // that a cell may be off, beside chance
 
 struct ResidualMap {
   static constexpr int kColumns = 8, kRows = 5;
@@ -30,7 +34,22 @@ struct ResidualMap {
   const ResidualCell& At(int column, int row) const {
     return cells[static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column)];
   }
+  std::size_t CellsSeen() const;  // with points that count
 };
+
+// What one photograph says of a panel: points, their whitened residuals L^T (predicted - seen) with
+// L L^T the inverse of their covariance, and which of them count.
+struct PanelResiduals {
+  int view = 0;
+  const std::vector<Observation>* points = nullptr;
+  const Eigen::Matrix2Xd* whitened = nullptr;
+  const std::vector<char>* inlier = nullptr;
+};
+// Of the photographs with points that count; all must outlive the call.
+ResidualMap MapOf(const PanelId& id, const PanelCalibration& panel,
+                  const std::vector<PanelResiduals>& photos);
+// Of several panels together: its means are those of all points.
+ResidualMap Pooled(const std::vector<ResidualMap>& maps);
 
 // One per photographed panel, of the points that count.
 std::vector<ResidualMap> MapResiduals(const Fit& fit, const Structure& structure,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -11,6 +12,7 @@
 
 #include "calibration/varifocal_rays.h"
 #include "calibration/varifocal_start.h"
+#include "calibration/weaknesses.h"
 #include "lightfield/error.h"
 #include "lightfield/panel_rays.h"
 
@@ -116,6 +118,21 @@ void Summarise(const VarifocalFit& fit, const VarifocalTask& task, VarifocalRepo
   }
 }
 
+std::vector<ResidualMap> MapPlanes(const VarifocalFit& fit, const VarifocalTask& task) {
+  const std::vector<PlanePhoto>& photos = task.observations.photos;
+  const auto residuals = WhitenedResiduals(fit.state, task.planes, task.observations);
+  std::vector<std::vector<PanelResiduals>> of_plane(task.planes.size());
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    of_plane[static_cast<std::size_t>(photos[i].plane)].push_back(
+        {photos[i].view, &photos[i].points, &residuals[i], &fit.weighting.inlier[i]});
+  }
+  std::vector<ResidualMap> maps;
+  for (std::size_t i = 0; i < of_plane.size(); ++i) {
+    maps.push_back(MapOf({static_cast<int>(i), PanelId::kEmitter}, task.planes[i], of_plane[i]));
+  }
+  return maps;
+}
+
 // A plane's columns, from the frame's axes to the display's.
 Eigen::MatrixXd CovarianceInDisplay(const VarifocalFit& fit, const Eigen::MatrixXd& covariance,
                                     const Matrix3d& display_from_frame) {
@@ -202,6 +219,7 @@ void CopyResult(const VarifocalFit& fit, const VarifocalTask& task,
     report.covariance =
         CovarianceInDisplay(fit, covariance, display_from_frame.rotation.toRotationMatrix());
     report.rays = UncertaintyOfRays(fit, task, display_from_frame, covariance, options.eye_box);
+    report.probed = RaysThroughPlanes(task.planes, options.eye_box);
   }
   std::vector<PlaneNumbers> numbers;
   for (std::size_t i = 0; i < task.planes.size(); ++i) {
@@ -305,6 +323,25 @@ void CheckFits(const std::vector<FitOf>& fits, double expected_chi2, VarifocalRe
   }
 }
 
+// What is extrapolated, or checked by little.
+void AddPlaneWarnings(VarifocalReport& report) {
+  std::optional<Weakness> in_part;
+  std::size_t fewest_seen = ResidualMap::kCells, few_views = 0;
+  for (const ResidualMap& map : report.residuals) {
+    if (map.views.size() == 2 || map.views.size() == 3) ++few_views;
+    if (map.CellsSeen() >= fewest_seen) continue;
+    fewest_seen = map.CellsSeen();
+    in_part = SeenInPart(fmt::format("plane {}", map.panel.layer), map);
+  }
+  if (in_part) report.warnings.push_back(*in_part);
+  if (few_views == 0) return;
+  report.warnings.push_back(
+      {fmt::format("{} planes are in 2 or 3 views only: their depths with their magnifications are "
+                   "checked by little",
+                   few_views),
+       kRings});
+}
+
 // What residuals say against a solution that would be certain enough.
 void CheckResiduals(VarifocalReport& report) {
   if (report.slip_px > kLargestPlaneSlipPx) {
@@ -345,6 +382,8 @@ VarifocalReport CalibrateVarifocal(const VarifocalObservations& given, const Dis
   CheckKnown(fit, report);
   CheckSeenTwice(fit, task, report);
   CheckCertainty(options, report);
+  report.residuals = MapPlanes(fit, task);
+  AddPlaneWarnings(report);
   if (report.accepted()) CheckResiduals(report);
   if (!fit.converged && report.accepted()) {
     report.failures.push_back({"the solution did not settle", "look at the photographs left out"});

@@ -61,12 +61,14 @@ struct VarifocalReport {
   double chi2 = 0;             // per degree of freedom, of all
   double view_angles_deg = 0;  // the widest between two views' directions, as seen from the planes
   RayUncertainty rays;         // varifocal_rays.h
-  CalibrateVarifocalOptions limits;  // what was asked for
+  std::vector<ProbedRay> probed;       // that `rays` has deviations of
+  std::vector<ResidualMap> residuals;  // of each plane
+  CalibrateVarifocalOptions limits;    // what was asked for
   Degeneracy degeneracy;
   std::vector<GroupVerdict> groups;
   std::vector<std::string> rejected;  // photographs and views left out, and why
   // Where `failures` is not empty the calibration is not to be used (exit code 4).
-  std::vector<Weakness> failures;
+  std::vector<Weakness> failures, warnings;
   bool accepted() const { return failures.empty(); }
 };
 

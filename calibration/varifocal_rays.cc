@@ -96,6 +96,20 @@ class PlaneSlopes {
 
 }  // namespace
 
+std::vector<ProbedRay> RaysThroughPlanes(const std::vector<PanelCalibration>& planes,
+                                         const EyeBox& box) {
+  std::vector<ProbedRay> rays;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    const PanelId id{static_cast<int>(i), PanelId::kEmitter};
+    for (const Vector3d& eye : box.Eyes()) {
+      for (int k = 0; k < kPlaneColumns * kPlaneRows; ++k) {
+        rays.push_back({id, PixelOf(planes[i], k), eye});
+      }
+    }
+  }
+  return rays;
+}
+
 double ChangeOfRays(const VarifocalState& a, const VarifocalState& b, const VarifocalTask& task,
                     const EyeBox& box) {
   const Rigid frame_from_display = Inverse(DisplayFromFrame(a, task));
@@ -119,26 +133,27 @@ RayUncertainty UncertaintyOfRays(const VarifocalFit& fit, const VarifocalTask& t
                                  const Rigid& display_from_frame, const Eigen::MatrixXd& covariance,
                                  const EyeBox& box) {
   const Rigid frame_from_display = Inverse(display_from_frame);
-  RayUncertainty uncertainty;
-  double sum = 0;
+  std::vector<Plane> planes;
+  std::vector<PlaneSlopes> slopes;
   for (std::size_t i = 0; i < task.planes.size(); ++i) {
     const PlaneState& state = fit.state.planes[i];
-    const Plane plane(task.planes[i], state);
-    const PlaneSlopes slopes(task.planes[i], state, ColumnsOf(fit.columns, i), covariance);
-    for (const Vector3d& eye : box.Eyes()) {
-      for (int k = 0; k < kPlaneColumns * kPlaneRows; ++k) {
-        const Vector2d pixel = PixelOf(plane.panel, k);
-        const auto variance = slopes.VarianceOf(frame_from_display * eye, plane.PointOf(pixel));
-        if (!variance) continue;
-        sum += *variance;
-        uncertainty.sd_px.push_back(std::sqrt(*variance));
-        if (!(uncertainty.sd_px.back() > uncertainty.max_sd_px)) continue;
-        uncertainty.max_sd_px = uncertainty.sd_px.back();
-        uncertainty.worst = {{static_cast<int>(i), PanelId::kEmitter}, pixel, eye};
-      }
-    }
+    planes.emplace_back(task.planes[i], state);
+    slopes.emplace_back(task.planes[i], state, ColumnsOf(fit.columns, i), covariance);
   }
-  const auto num = static_cast<double>(uncertainty.sd_px.size());
+  RayUncertainty uncertainty;
+  double sum = 0, num = 0;
+  for (const ProbedRay& ray : RaysThroughPlanes(task.planes, box)) {
+    const auto plane = static_cast<std::size_t>(ray.panel.layer);
+    const auto variance = slopes[plane].VarianceOf(frame_from_display * ray.eye_mm,
+                                                   planes[plane].PointOf(ray.reference_px));
+    uncertainty.sd_px.push_back(variance ? std::sqrt(*variance) : std::nan(""));
+    if (!variance) continue;
+    sum += *variance;
+    num += 1;
+    if (!(uncertainty.sd_px.back() > uncertainty.max_sd_px)) continue;
+    uncertainty.max_sd_px = uncertainty.sd_px.back();
+    uncertainty.worst = ray;
+  }
   uncertainty.rms_sd_px = num > 0 ? std::sqrt(sum / num) : 0;
   return uncertainty;
 }

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <set>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
@@ -15,6 +13,7 @@ namespace lamella {
 namespace {
 
 constexpr double kWellKnown = 100;
+constexpr double kLeastSeen = 0.6;  // of a panel's cells
 
 // The photograph that would settle a parameter, by what its name speaks of.
 std::string CureFor(const std::string& names) {
@@ -65,44 +64,6 @@ void CheckDirections(const Fit& fit, const Structure& structure, const EyeBox& b
   side(y, 1, box.half_height_mm, "upper side");
 }
 
-// The share of a panel's 8 x 5 cells with a point, and the views that show it.
-struct Coverage {
-  std::set<std::pair<int, int>> cells;
-  std::set<int> views;
-};
-
-void CheckPanels(const Fit& fit, const Structure& structure, const Observations& observations,
-                 std::vector<Weakness>& weaknesses) {
-  std::map<PanelId, Coverage> coverage;
-  for (std::size_t i = 0; i < observations.photos.size(); ++i) {
-    const PanelPhoto& photo = observations.photos[i];
-    const PanelCalibration& panel = structure.Panel(photo.panel);
-    Coverage& of = coverage[photo.panel];
-    for (std::size_t k = 0; k < photo.points.size(); ++k) {
-      if (!fit.weighting.inlier[i][k]) continue;
-      const Eigen::Vector2d& at = photo.points[k].panel_px;
-      of.cells.emplace(static_cast<int>(8 * at.x() / panel.width_px),
-                       static_cast<int>(5 * at.y() / panel.height_px));
-      of.views.insert(photo.view);
-    }
-  }
-  for (const auto& [panel, of] : coverage) {
-    const double share = static_cast<double>(of.cells.size()) / 40;
-    if (share < 0.6) {
-      weaknesses.push_back(
-          {fmt::format("{} was seen in {:.0f} % of its area: its rotation and tilt "
-                       "are extrapolated to the rest",
-                       NameOf(panel), 100 * share),
-           "photograph the whole panel"});
-    }
-    if (of.views.size() >= 2 && of.views.size() < 4) {
-      weaknesses.push_back({fmt::format("{} is in {} views only: its distance or gap is weak",
-                                        NameOf(panel), of.views.size()),
-                            "photograph it from 6 positions or more, on opposite sides"});
-    }
-  }
-}
-
 }  // namespace
 
 std::vector<Weakness> UnknownDirections(const Fit& fit) {
@@ -122,11 +83,27 @@ std::vector<Weakness> UnknownDirections(const Fit& fit) {
   return weaknesses;
 }
 
+std::optional<Weakness> SeenInPart(const std::string& name, const ResidualMap& map,
+                                   const std::string& leaning) {
+  const double share = static_cast<double>(map.CellsSeen()) / ResidualMap::kCells;
+  if (share >= kLeastSeen) return std::nullopt;
+  return Weakness{fmt::format("{} was seen in {:.0f} % of its area: {} extrapolated to the rest",
+                              name, 100 * share, leaning),
+                  "photograph the whole panel"};
+}
+
 std::vector<Weakness> ThinCoverage(const Fit& fit, const Structure& structure,
-                                   const Observations& observations, const EyeBox& box) {
+                                   const std::vector<ResidualMap>& maps, const EyeBox& box) {
   std::vector<Weakness> weaknesses;
   CheckDirections(fit, structure, box, weaknesses);
-  CheckPanels(fit, structure, observations, weaknesses);
+  for (const ResidualMap& map : maps) {
+    const std::string name = NameOf(map.panel);
+    if (const auto in_part = SeenInPart(name, map)) weaknesses.push_back(*in_part);
+    if (map.views.size() < 2 || map.views.size() > 3) continue;
+    weaknesses.push_back(
+        {fmt::format("{} is in {} views only: its distance or gap is weak", name, map.views.size()),
+         "photograph it from 6 positions or more, on opposite sides"});
+  }
   return weaknesses;
 }
 

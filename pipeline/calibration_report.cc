@@ -9,20 +9,6 @@
 namespace lamella {
 namespace {
 
-void AddWeaknesses(const char* title, const std::vector<Weakness>& weaknesses, std::string& text) {
-  if (weaknesses.empty()) return;
-  text += fmt::format("\n{}\n", title);
-  for (const Weakness& weakness : weaknesses) {
-    text += fmt::format("  {}\n    cure: {}\n", weakness.lost, weakness.cure);
-  }
-}
-
-void AddLines(const char* title, const std::vector<std::string>& lines, std::string& text) {
-  if (lines.empty()) return;
-  text += fmt::format("\n{}\n", title);
-  for (const std::string& line : lines) text += fmt::format("  {}\n", line);
-}
-
 void AddFits(const char* title, const std::vector<FitOf>& fits, std::string& text) {
   text += fmt::format("\n{}: points used, of all, RMS px, chi^2 per degree of freedom\n", title);
   for (const FitOf& fit : fits) {
@@ -70,6 +56,22 @@ std::string Rays(const CalibrationReport& report) {
 
 }  // namespace
 
+std::string DescribeWeaknesses(const char* title, const std::vector<Weakness>& weaknesses) {
+  if (weaknesses.empty()) return "";
+  std::string text = fmt::format("\n{}\n", title);
+  for (const Weakness& weakness : weaknesses) {
+    text += fmt::format("  {}\n    cure: {}\n", weakness.lost, weakness.cure);
+  }
+  return text;
+}
+
+std::string DescribeLines(const char* title, const std::vector<std::string>& lines) {
+  if (lines.empty()) return "";
+  std::string text = fmt::format("\n{}\n", title);
+  for (const std::string& line : lines) text += fmt::format("  {}\n", line);
+  return text;
+}
+
 std::string DescribeNextView(const CalibrationReport& report) {
   if (!report.next_view) return "";
   const NextView& next = *report.next_view;
@@ -94,12 +96,12 @@ std::string DescribeCalibration(const SolvedPhotos& solved) {
       "freedom {:.3f}; photographs of one position shift by {:.4f} px\n",
       solved.display.name, report.accepted() ? "certain enough" : "NOT certain", Rays(report),
       NameOf(report.reference), report.chi2, report.slip_px);
-  AddWeaknesses("what the photographs leave open", report.failures, text);
-  AddWeaknesses("what is weak", report.warnings, text);
+  text += DescribeWeaknesses("what the photographs leave open", report.failures);
+  text += DescribeWeaknesses("what is weak", report.warnings);
   const std::string next = DescribeNextView(report);
   if (!next.empty()) text += "\nthe next photographs that help most\n  " + next + "\n";
-  AddLines("left out", solved.left_out, text);
-  AddLines("used, though better ones would help", solved.doubtful, text);
+  text += DescribeLines("left out", solved.left_out);
+  text += DescribeLines("used, though better ones would help", solved.doubtful);
   AddLayers(report, text);
   AddFits("panels", report.panels, text);
   AddFits("views (camera positions)", report.views_fit, text);

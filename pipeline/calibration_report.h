@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "pipeline/solve_photos.h"
 
@@ -9,6 +10,9 @@ namespace lamella {
 
 // Lines of text; the first says whether the calibration may be used.
 std::string DescribeCalibration(const SolvedPhotos& solved);
+// A heading and what follows it, as all reports have them; "" where there is nothing.
+std::string DescribeWeaknesses(const char* title, const std::vector<Weakness>& weaknesses);
+std::string DescribeLines(const char* title, const std::vector<std::string>& lines);
 // "from 20 degrees to the right and 10 up, 1.05 m away: ..."; empty where there is none.
 std::string DescribeNextView(const CalibrationReport& report);
 

@@ -86,6 +86,7 @@ PhotoCamera BodyOf(const CheckedPhotos& checked, double focal_px) {
 }
 
 bool IsComplete(const CheckedPhotos& checked, int position) {
+  if (BoardInBetween(checked.list, checked.photos, position)) return false;
   const auto is_printed = [](const PatternShot& shot) {
     return shot.kind == PatternShot::Kind::kPrinted;
   };
@@ -106,8 +107,16 @@ std::vector<std::string> IncompletePositions(const CheckedPhotos& checked) {
     if (IsComplete(checked, position) || IsOfBoardAlone(checked.list, checked.photos, position)) {
       continue;
     }
-    lines.push_back(fmt::format(
-        "position {}: its photographs are not every shot, good, and nothing else", position + 1));
+    if (const auto board = BoardInBetween(checked.list, checked.photos, position)) {
+      lines.push_back(fmt::format("position {}: {} {}", position + 1, *board, kLeaveBoardOut));
+      continue;
+    }
+    std::string line = fmt::format(
+        "position {}: its photographs are not every shot, good, and nothing else", position + 1);
+    if (MayBeOfBoardAlone(checked.list, checked.photos, position)) {
+      line += fmt::format("; {}", kBoardAloneNotFound);
+    }
+    lines.push_back(std::move(line));
   }
   return lines;
 }

@@ -14,6 +14,7 @@
 
 #include "calibration/lattice_place.h"
 #include "lightfield/error.h"
+#include "pipeline/calibration_report.h"
 #include "pipeline/calibration_set_up.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/phase_photos.h"
@@ -137,7 +138,12 @@ SolvedSheet SolveSheet(int layer, SheetSights& seen, const PlacedCameras& camera
     options.camera_errors =
         ErrorsOf(*cameras.board, pixels, cameras.positions, observations, stack_from_world);
   }
-  return {layer, seen.num_views, faint, EstimateLattice(observations, placed, options)};
+  return {layer,
+          seen.num_views,
+          cameras.positions,
+          observations.eyes_mm,
+          faint,
+          EstimateLattice(observations, placed, options)};
 }
 
 std::string Describe(const SolvedSheet& sheet) {
@@ -178,6 +184,13 @@ std::string Describe(const BoardOfSheets& board) {
       place.translation.z(), std::acos(std::min(1.0, normal.z())) * kDegreesPerRadian);
 }
 
+void AddOfSheet(const SolvedSheet& sheet, const std::vector<Weakness>& weaknesses,
+                std::vector<Weakness>& all) {
+  for (const Weakness& weakness : weaknesses) {
+    all.push_back({fmt::format("layer {}: {}", sheet.layer, weakness.lost), weakness.cure});
+  }
+}
+
 const SolvedSheet& WorstOf(const SolvedSheets& solved) {
   return *std::max_element(solved.sheets.begin(), solved.sheets.end(),
                            [](const SolvedSheet& a, const SolvedSheet& b) {
@@ -190,11 +203,13 @@ const SolvedSheet& WorstOf(const SolvedSheets& solved) {
 std::vector<Weakness> SolvedSheets::failures() const {
   std::vector<Weakness> all;
   if (board) all = board->cameras.failures;
-  for (const SolvedSheet& sheet : sheets) {
-    for (const Weakness& weakness : sheet.report.failures) {
-      all.push_back({fmt::format("layer {}: {}", sheet.layer, weakness.lost), weakness.cure});
-    }
-  }
+  for (const SolvedSheet& sheet : sheets) AddOfSheet(sheet, sheet.report.failures, all);
+  return all;
+}
+
+std::vector<Weakness> SolvedSheets::warnings() const {
+  std::vector<Weakness> all;
+  for (const SolvedSheet& sheet : sheets) AddOfSheet(sheet, sheet.report.warnings, all);
   return all;
 }
 
@@ -250,13 +265,9 @@ std::string DescribeSheets(const SolvedSheets& solved) {
   }
   for (const SolvedSheet& sheet : solved.sheets) text += Describe(sheet);
   if (solved.board) text += Describe(*solved.board);
-  if (!failures.empty()) text += "\nwhat the photographs leave open\n";
-  for (const Weakness& weakness : failures) {
-    text += fmt::format("  {}\n    cure: {}\n", weakness.lost, weakness.cure);
-  }
-  if (!solved.left_out.empty()) text += "\nleft out\n";
-  for (const std::string& line : solved.left_out) text += "  " + line + "\n";
-  return text;
+  return text + DescribeWeaknesses("what the photographs leave open", failures) +
+         DescribeWeaknesses("what is weak", solved.warnings()) +
+         DescribeLines("left out", solved.left_out);
 }
 
 CalibrationMeasurement MeasurementOf(const SolvedSheets& solved) {

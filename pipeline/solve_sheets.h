@@ -31,7 +31,9 @@ struct SolveSheetsOptions {
 
 struct SolvedSheet {
   int layer = 0;
-  int num_views = 0;
+  int num_views = 0;                     // positions that show it
+  std::vector<int> positions;            // of all cameras, in the order of report.views_fit
+  std::vector<Eigen::Vector3d> eyes_mm;  // where they stood, in the stack's frame
   bool faint = false;  // decoded by the finest sinusoid and the display's geometry alone
   LatticeReport report;
 };
@@ -50,7 +52,8 @@ struct SolvedSheets {
   std::optional<BoardOfSheets> board;  // where it tells the cameras
   std::vector<std::string> left_out;   // photographs that were not used, and why
   std::vector<SolvedPhotos::Photo> photos;  // that were used
-  std::vector<Weakness> failures() const;
+  std::vector<Weakness> failures() const;   // where not empty it is not to be used
+  std::vector<Weakness> warnings() const;
 };
 
 // Whether the patterns in a folder are of a display with lenses.

@@ -12,6 +12,7 @@
 #include "calibration/lens_sightings.h"
 #include "lightfield/error.h"
 #include "lightfield/panel_rays.h"
+#include "pipeline/calibration_report.h"
 #include "pipeline/calibration_set_up.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/observe_photos.h"
@@ -64,10 +65,10 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
   const PrintedBoard printed = BoardOf(checked, options.board_square_mm);
   const PanelCalibration sheet = PanelOf(printed);
   const std::vector<BoardPhoto> photos = BoardPhotosOf(checked, options.photos.photos);
-  // Corners are known as well as they fit the board alone: a page is not flat to a hundredth of a
-  // pixel, and with less its marks would be taken for errors beside the planes' points.
-  const double rms_px = CamerasOfBoard(photos, body, printed).rms_px;
-  const Eigen::Matrix2d covariance = rms_px * rms_px / 2 * Eigen::Matrix2d::Identity();
+  // Corners are known as well as they fit the board alone, relative to one another as each says: a
+  // page is not flat to a hundredth of a pixel, and with less its marks would be taken for errors
+  // beside the planes' points.
+  const double chi2 = CamerasOfBoard(photos, body, printed).chi2;
   ViewOfPosition view_of(static_cast<std::size_t>(checked.num_views), -1);
   std::vector<int> positions;
   for (const BoardPhoto& photo : photos) {
@@ -77,8 +78,8 @@ ViewOfPosition AddViewsOfBoard(const CheckedPhotos& checked, const SolveVarifoca
     }
     VarifocalView view{fmt::format("{}", photo.view + 1), 0, {}, {}};
     for (const Observation& point : photo.points) {
-      view.marks.push_back(
-          {PanelPoint(sheet, point.panel_px).head<2>(), point.image_px, covariance});
+      view.marks.push_back({PanelPoint(sheet, point.panel_px).head<2>(), point.image_px,
+                            chi2 * point.covariance_px2});
     }
     observations.views.push_back(view);
     positions.push_back(photo.view);
@@ -121,12 +122,6 @@ void AddPlanes(const CheckedPhotos& checked, const ViewOfPosition& view_of,
   }
 }
 
-void AddWeaknesses(const std::vector<Weakness>& weaknesses, std::string& text) {
-  for (const Weakness& weakness : weaknesses) {
-    text += fmt::format("  {}\n    cure: {}\n", weakness.lost, weakness.cure);
-  }
-}
-
 }  // namespace
 
 SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progress& progress) {
@@ -149,7 +144,9 @@ SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progr
   AddPlanes(checked, view_of, design, photos, progress, observations, names);
   solved.photos = HashPhotos(names, photos);
   for (const CheckedPhoto& photo : checked.photos) {
-    if (!photo.good) solved.left_out.push_back(photo.photo + ": " + photo.verdict);
+    if (photo.good) continue;
+    (names.count(photo.photo) > 0 ? solved.doubtful : solved.left_out)
+        .push_back(photo.photo + ": " + photo.verdict);
   }
   progress.Start("solution", 1, "calibration");
   CalibrateVarifocalOptions calibrate;
@@ -170,9 +167,10 @@ std::string DescribeVarifocal(const SolvedVarifocal& solved) {
       report.accepted()
           ? fmt::format("The planes of {} are known well enough.\n", solved.display.name)
           : fmt::format("The planes of {} are not known well enough.\n", solved.display.name);
-  AddWeaknesses(report.failures, text);
+  text += DescribeWeaknesses("what the photographs leave open", report.failures);
+  text += DescribeWeaknesses("what is weak", report.warnings);
   text += fmt::format(
-      "chi^2 {:.3f} per degree of freedom, slip {:.4f} px, views over {:.1f} degrees\n"
+      "\nchi^2 {:.3f} per degree of freedom, slip {:.4f} px, views over {:.1f} degrees\n"
       "{}\n\n"
       "planes: z mm, magnification, tilt x and y in degrees, each with its standard "
       "deviation; chi^2\n",
@@ -192,9 +190,8 @@ std::string DescribeVarifocal(const SolvedVarifocal& solved) {
     text += fmt::format("  {}: {}, {}\n", group.group, group.freed ? "freed" : "as designed",
                         group.reason);
   }
-  if (!solved.left_out.empty()) text += "\nleft out\n";
-  for (const std::string& line : solved.left_out) text += fmt::format("  {}\n", line);
-  return text;
+  return text + DescribeLines("left out", solved.left_out) +
+         DescribeLines("used, though better ones would help", solved.doubtful);
 }
 
 }  // namespace lamella

@@ -15,7 +15,8 @@ namespace lamella {
 struct SolvedVarifocal {
   Display display;  // as designed
   VarifocalReport report;
-  std::vector<std::string> left_out;        // photographs that were not used, and why
+  std::vector<std::string> left_out;  // photographs that were not used, and why
+  std::vector<std::string> doubtful;  // used, though `calibrate check` would have them taken again
   std::vector<SolvedPhotos::Photo> photos;  // that were used
 };
 

@@ -1,4 +1,6 @@
 // lamella calibrate: the patterns that a display shows, and photographs of them.
+#include "pipeline/program/calibrate.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -17,15 +19,9 @@
 #include "lightfield/error.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/calibration_record.h"
-#include "pipeline/calibration_report.h"
-#include "pipeline/calibration_set_up.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/measure_photometry.h"
 #include "pipeline/program/command_line.h"
-#include "pipeline/report/calibration_page.h"
-#include "pipeline/solve_photos.h"
-#include "pipeline/solve_sheets.h"
-#include "pipeline/solve_varifocal.h"
 
 namespace lamella {
 namespace {
@@ -144,201 +140,6 @@ void AddCheck(CLI::App& calibrate, Invocation& invocation) {
   });
 }
 
-struct SolveArguments {
-  SolvePhotosOptions options;
-  std::filesystem::path out;
-  std::filesystem::path cameras;  // of lens sheets and varifocal displays
-  std::optional<double> camera_sd_mm;
-  double board_square_mm = 0;
-};
-
-void AddSolveOptions(CLI::App& verb, SolveArguments& arguments) {
-  verb.add_option("DIR", arguments.options.patterns, "folder that `calibrate patterns` wrote")
-      ->required();
-  verb.add_option("PHOTOS", arguments.options.photos,
-                  "folder of the photographs, of one camera; their names sort as they were taken")
-      ->required();
-  verb.add_option("--display", arguments.options.display,
-                  "preset or file of the display as designed [the patterns' own]");
-  verb.add_option("--focal-px", arguments.options.focal_px, "the camera's, roughly [found]")
-      ->check(CLI::PositiveNumber);
-}
-
-// What is wrong with the place of a result is said before the minutes that it takes.
-void CheckWritable(const std::filesystem::path& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) {
-    throw UsageError(file.string(), "is a folder", "give the name of a file");
-  }
-  const AtomicFile probe(file);
-  if (std::ofstream(probe.temporary())) return;
-  throw MachineError(file.string(), "can't be written",
-                     "give a file in a folder that exists and that you may write to");
-}
-
-ExitCode CodeOf(const std::vector<Weakness>& failures, const std::string& not_written) {
-  if (failures.empty()) return ExitCode::kDone;
-  const Weakness& first = failures.front();
-  fmt::print(stderr, "lamella: {}: {}; {}\n", not_written, first.lost, first.cure);
-  return ExitCode::kGate;
-}
-
-// Options of cameras that the printed board tells, where --cameras has them, and the reverse.
-void CheckCameraOptions(const SolveArguments& arguments) {
-  if (arguments.cameras.empty()) {
-    if (!arguments.camera_sd_mm) return;
-    throw UsageError("--camera-sd-mm", "has no use here: it is of --cameras, which is not given",
-                     "leave it out");
-  }
-  if (arguments.options.focal_px <= 0 && arguments.board_square_mm <= 0) return;
-  throw UsageError(arguments.options.focal_px > 0 ? "--focal-px" : "--board-square-mm",
-                   "has no use here: the lenses' cameras are those of --cameras", "leave it out");
-}
-
-// Likewise of lens sheets, whose report is of text only.
-ExitCode RunSolveSheets(const SolveArguments& arguments, Progress& progress) {
-  const std::filesystem::path& out = arguments.out;
-  CheckCameraOptions(arguments);
-  std::filesystem::path text_file = out;
-  text_file.replace_extension(".report.txt");
-  for (const auto& file : {out, text_file}) CheckWritable(file);
-  SolveSheetsOptions options{arguments.options.patterns, arguments.options.photos,
-                             arguments.options.display, arguments.cameras};
-  options.camera_sd_mm = arguments.camera_sd_mm.value_or(options.camera_sd_mm);
-  options.board_square_mm = arguments.board_square_mm;
-  options.focal_px = arguments.options.focal_px;
-  const SolvedSheets solved = SolveSheets(options, progress);
-  const std::string text = DescribeSheets(solved);
-  fmt::print("{}", text);
-  WriteTextAtomically(text_file, text);
-  const std::vector<Weakness> failures = solved.failures();
-  if (failures.empty()) SaveCalibration(out, solved.calibration, {MeasurementOf(solved), {}});
-  return CodeOf(failures, out.string() + " was not written");
-}
-
-// And of a varifocal display.
-ExitCode RunSolveVarifocal(const SolveArguments& arguments, Progress& progress) {
-  CheckCameraOptions(arguments);
-  if (arguments.camera_sd_mm) {
-    throw UsageError("--camera-sd-mm", "is of lens sheets: here --cameras are taken as exact",
-                     "leave it out");
-  }
-  const std::filesystem::path& out = arguments.out;
-  std::filesystem::path text_file = out;
-  text_file.replace_extension(".report.txt");
-  for (const auto& file : {out, text_file}) CheckWritable(file);
-  const SolvedVarifocal solved = SolveVarifocalPhotos(
-      {arguments.options, arguments.cameras, arguments.board_square_mm}, progress);
-  const std::string text = DescribeVarifocal(solved);
-  fmt::print("{}", text);
-  WriteTextAtomically(text_file, text);
-  if (solved.report.accepted()) {
-    SaveCalibration(out, solved.report.calibration, {MeasurementOf(solved), {}});
-  }
-  return CodeOf(solved.report.failures, out.string() + " was not written");
-}
-
-bool IsVarifocal(const SolvePhotosOptions& options) {
-  return LoadCalibrationSetUp(options.patterns, options.display).display.varifocal.has_value();
-}
-
-void RefuseCameras(const SolveArguments& arguments) {
-  const char* given = !arguments.cameras.empty()      ? "--cameras"
-                      : arguments.camera_sd_mm        ? "--camera-sd-mm"
-                      : arguments.board_square_mm > 0 ? "--board-square-mm"
-                                                      : nullptr;
-  if (given == nullptr) return;
-  throw UsageError(given, "is of displays with lenses, which this one has none of",
-                   "leave it out: where the camera stood is found from the panels' boards");
-}
-
-// The calibration is written where it is certain enough, its reports in any case.
-ExitCode RunSolve(const SolveArguments& arguments, Progress& progress) {
-  if (IsVarifocal(arguments.options)) return RunSolveVarifocal(arguments, progress);
-  if (HasLensSheets(arguments.options.patterns, arguments.options.display)) {
-    return RunSolveSheets(arguments, progress);
-  }
-  RefuseCameras(arguments);
-  const std::filesystem::path& out = arguments.out;
-  std::filesystem::path text_file = out, page_file = out;
-  text_file.replace_extension(".report.txt");
-  page_file.replace_extension(".report.html");
-  for (const auto& file : {out, text_file, page_file}) CheckWritable(file);
-  const SolvedPhotos solved = SolvePhotos(arguments.options, progress);
-  const std::string text = DescribeCalibration(solved);
-  fmt::print("{}", text);
-  WriteTextAtomically(text_file, text);
-  WriteTextAtomically(page_file, CalibrationPage(solved));
-  if (solved.report.accepted()) {
-    SaveCalibration(out, solved.report.calibration, {MeasurementOf(solved), {}});
-  }
-  return CodeOf(solved.report.failures, out.string() + " was not written");
-}
-
-void AddSolve(CLI::App& calibrate, Invocation& invocation) {
-  CLI::App& verb = *calibrate.add_subcommand(
-      "solve", "the display's calibration from the photographs, and how certain it is");
-  auto arguments = std::make_shared<SolveArguments>();
-  AddSolveOptions(verb, *arguments);
-  verb.add_option("--out", arguments->out, "calibration.json to write; its reports lie beside it")
-      ->required();
-  verb.add_option(
-      "--cameras", arguments->cameras,
-      "of lens sheets and varifocal displays: transforms.json in the display's frame (mm), a "
-      "frame for every position, named as one of its photographs [the printed board tells]");
-  verb.add_option("--camera-sd-mm", arguments->camera_sd_mm,
-                  "of lens sheets: how well each coordinate of a camera's position is known [0.3]")
-      ->check(CLI::NonNegativeNumber);
-  verb.add_option("--board-square-mm", arguments->board_square_mm,
-                  "side of the printed board's squares, as measured [as drawn]")
-      ->check(CLI::PositiveNumber);
-  AddGlobalOptions(verb, invocation);
-  verb.footer(
-      "Beside FILE.json lie FILE.report.txt and FILE.report.html: what is known how well, what was "
-      "left\nout, and which photographs would help. The exit code is 4 where rays are not known to "
-      "0.03 px RMS\nand 0.1 px at worst, or something is lost: then only the reports are "
-      "written.\n"
-      "Lens sheets must be known to 0.02 px at the panel's edges, a varifocal display's planes to "
-      "0.03 mm\nin depth and 1e-4 in magnification, as two standard deviations; the printed "
-      "board\ntells where the cameras stood, or --cameras does, and the report is text alone.\n\n"
-      "Example\n"
-      "  lamella calibrate solve patterns taken/images --out calibration.json\n"
-      "  lamella calibrate solve patterns photos --board-square-mm 19.96 --out calibration.json\n"
-      "      a display with a lens sheet, a printed board beside it");
-  verb.callback([arguments, &invocation] {
-    invocation.action = [arguments](Progress& progress) { return RunSolve(*arguments, progress); };
-  });
-}
-
-void AddReport(CLI::App& calibrate, Invocation& invocation) {
-  CLI::App& verb = *calibrate.add_subcommand(
-      "report", "a page of what the photographs are worth and what to photograph next");
-  auto arguments = std::make_shared<SolveArguments>();
-  AddSolveOptions(verb, *arguments);
-  verb.add_option("--out", arguments->out, "page (HTML) to write")->required();
-  AddGlobalOptions(verb, invocation);
-  verb.footer(
-      "The page that `calibrate solve` writes beside its calibration, alone; the same exit "
-      "codes.\n\n"
-      "Example\n"
-      "  lamella calibrate report patterns taken/images --out report.html");
-  verb.callback([arguments, &invocation] {
-    invocation.action = [arguments](Progress& progress) {
-      CheckWritable(arguments->out);
-      if (IsVarifocal(arguments->options) ||
-          HasLensSheets(arguments->options.patterns, arguments->options.display)) {
-        throw UsageError(
-            arguments->options.patterns.string(), "is of a display with lenses",
-            "use `lamella calibrate solve`, which writes a text of what they are worth");
-      }
-      const SolvedPhotos solved = SolvePhotos(arguments->options, progress);
-      WriteTextAtomically(arguments->out, CalibrationPage(solved));
-      fmt::print("{}\n", arguments->out.string());
-      return CodeOf(solved.report.failures, arguments->options.photos.string());
-    };
-  });
-}
-
 struct PhotometryArguments {
   MeasurePhotometryOptions options;
   std::string curve = "linear";
@@ -433,14 +234,25 @@ void AddPhotometry(CLI::App& calibrate, Invocation& invocation) {
 
 }  // namespace
 
+void CheckWritable(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    throw UsageError(file.string(), "is a folder", "give the name of a file");
+  }
+  const AtomicFile probe(file);
+  if (std::ofstream(probe.temporary())) return;
+  throw MachineError(file.string(), "can't be written",
+                     "give a file in a folder that exists and that you may write to");
+}
+
 void AddCalibrate(CLI::App& program, Invocation& invocation) {
   CLI::App& app = *program.add_subcommand(
       "calibrate", "aligns a display by photographs of patterns that it shows");
   app.require_subcommand(1);
   AddPatterns(app, invocation);
   AddCheck(app, invocation);
-  AddSolve(app, invocation);
-  AddReport(app, invocation);
+  AddCalibrateSolve(app, invocation);
+  AddCalibrateReport(app, invocation);
   AddPhotometry(app, invocation);
 }
 

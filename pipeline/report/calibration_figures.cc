@@ -1,88 +1,36 @@
 #include "pipeline/report/calibration_figures.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 #include <numbers>
-#include <vector>
 
 #include <fmt/format.h>
+
+#include "pipeline/report/svg_drawing.h"
 
 namespace lamella {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kFigureWidth = 448, kCellRows = 5;
-constexpr const char* kInk = "var(--accent)";
-constexpr const char* kBeyond = "#e08a1e";
-constexpr double kLargestMeanPx = 0.03;            // calibration.md section 7
-constexpr double kLowChi2 = 0.7, kHighChi2 = 1.5;  // likewise
-
-template <class... Args>
-void Add(std::string& svg, fmt::format_string<Args...> format, Args&&... args) {
-  fmt::format_to(std::back_inserter(svg), format, std::forward<Args>(args)...);
-  svg += '\n';
-}
-
-std::string Open(double width, double height, const std::string& label) {
-  return fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n", width, height,
-                     EscapedHtml(label));
-}
-
-void Text(std::string& svg, double x, double y, const char* anchor, const std::string& text) {
-  Add(svg, "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>", x, y, anchor,
-      EscapedHtml(text));
-}
-
-// A cell as dark as its share of what is allowed, in another colour beyond that.
-void Cell(std::string& svg, double x, double y, double width, double height, double share,
-          const std::string& title) {
-  const bool beyond = share > 1;
-  Add(svg,
-      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\" "
-      "fill-opacity=\"{:.2f}\" stroke=\"var(--line)\"><title>{}</title></rect>",
-      x, y, width, height, beyond ? kBeyond : kInk, beyond ? 0.5 : 0.05 + 0.55 * share,
-      EscapedHtml(title));
-}
+constexpr double kFigureWidth = 448;
+constexpr std::size_t kProbed = 35;  // places of RaysToProbe and RaysThroughPlanes
 
 double Degrees(double slope) { return std::atan(slope) * 180 / std::numbers::pi; }
 
-// Cameras as they stand to the reference stack.
-std::vector<Vector2d> Directions(const CalibrationReport& report) {
-  const auto layer = static_cast<std::size_t>(report.reference.layer);
-  const Rigid stack_from_display = Inverse(report.calibration.layers[layer].display_from_stack);
-  std::vector<Vector2d> directions;
-  for (const Rigid& camera_from_display : report.camera_from_display) {
-    const Eigen::Vector3d at = stack_from_display * Centre(camera_from_display);
-    directions.emplace_back(Degrees(at.x() / at.z()), Degrees(at.y() / at.z()));
-  }
-  return directions;
-}
-
-constexpr int kProbedColumns = 7, kProbedRows = 5;  // of RaysToProbe
-constexpr std::size_t kProbed = 35;
-
-// RMS over eyes and largest deviation at the reference panel's places.
-struct Deviations {
-  double sum = 0, largest = 0, num = 0;
-  double Rms() const { return num > 0 ? std::sqrt(sum / num) : std::nan(""); }
-};
-std::vector<Deviations> DeviationsOf(const CalibrationReport& report, const PanelId& panel) {
-  std::vector<Deviations> places(kProbed);
-  std::size_t place = 0;
-  for (std::size_t i = 0; i < report.probed.size(); ++i) {
-    if (report.probed[i].panel != panel) continue;
-    Deviations& at = places[place];
-    place = (place + 1) % places.size();  // places run fastest
-    const double sd = report.rays.sd_px[i];
-    if (std::isnan(sd)) continue;
-    at.sum += sd * sd;
-    at.largest = std::max(at.largest, sd);
-    at.num += 1;
-  }
-  return places;
+// A cell's mean residual as an arrow from its middle.
+void DrawMean(const ResidualCell& cell, double x, double y, double limit_px, SvgDrawing& drawing) {
+  if (cell.num_points == 0) return;
+  const double length = cell.mean_px.norm();
+  const bool beyond = length > std::hypot(limit_px, cell.ChancePx());
+  const char* colour = beyond ? kSvgBeyond : "var(--ink)";
+  constexpr double kUnitsAtLimit = 20;  // an arrow that is allowed fits its cell
+  const double longest = 1.3 * limit_px;
+  const Vector2d arrow =
+      kUnitsAtLimit / limit_px * cell.mean_px * (length > longest ? longest / length : 1);
+  drawing.Circle(x, y, 2.2, fmt::format("fill=\"{}\"", colour));
+  drawing.Line(x, y, x + arrow.x(), y + arrow.y(),
+               fmt::format("stroke=\"{}\" stroke-width=\"2.5\"", colour));
 }
 
 // Where degrees fall in a square figure.
@@ -92,148 +40,146 @@ struct Dial {
   double Y(double degrees) const { return size / 2 * (1 - degrees / reach_deg); }
 };
 
-void DrawDial(std::string& svg, const Dial& dial) {
-  Add(svg, "<rect width=\"{0}\" height=\"{0}\" fill=\"var(--ground)\" stroke=\"var(--line)\"/>",
-      dial.size);
+void DrawDial(const Dial& dial, SvgDrawing& drawing) {
+  drawing.Rectangle(0, 0, dial.size, dial.size, "fill=\"var(--ground)\" stroke=\"var(--line)\"");
   for (double degrees = 10; degrees < dial.reach_deg; degrees += 10) {
-    Add(svg, "<circle cx=\"{0}\" cy=\"{0}\" r=\"{1:.1f}\" fill=\"none\" stroke=\"var(--line)\"/>",
-        dial.size / 2, dial.X(degrees) - dial.size / 2);
-    Text(svg, dial.X(0) + 3, dial.Y(degrees) - 3, "start", fmt::format("{:.0f}°", degrees));
+    drawing.Circle(dial.size / 2, dial.size / 2, dial.X(degrees) - dial.size / 2,
+                   "fill=\"none\" stroke=\"var(--line)\"");
+    drawing.Text(dial.X(0) + 3, dial.Y(degrees) - 3, "start", fmt::format("{:.0f}°", degrees));
   }
 }
 
-void DrawEyes(std::string& svg, const Dial& dial, const EyeBox& box) {
+void DrawEyes(const Dial& dial, const EyeBox& box, SvgDrawing& drawing) {
   const double middle = (box.near_mm + box.far_mm) / 2;
   const double right = std::min(dial.reach_deg, Degrees(box.half_width_mm / middle));
   const double up = std::min(dial.reach_deg, Degrees(box.half_height_mm / middle));
-  Add(svg,
-      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"var(--accent)\" "
-      "fill-opacity=\"0.12\" stroke=\"var(--accent)\" stroke-dasharray=\"5 4\"/>",
-      dial.X(-right), dial.Y(up), dial.X(right) - dial.X(-right), dial.Y(-up) - dial.Y(up));
+  drawing.Rectangle(dial.X(-right), dial.Y(up), dial.X(right) - dial.X(-right),
+                    dial.Y(-up) - dial.Y(up),
+                    "fill=\"var(--accent)\" fill-opacity=\"0.12\" stroke=\"var(--accent)\" "
+                    "stroke-dasharray=\"5 4\"");
 }
 
 }  // namespace
 
-std::string EscapedHtml(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
+std::vector<PlaceDeviation> DeviationsOf(const std::vector<ProbedRay>& probed,
+                                         const RayUncertainty& rays,
+                                         const std::optional<PanelId>& panel) {
+  std::vector<PlaceDeviation> places(kProbed);
+  std::vector<double> counts(kProbed);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < probed.size(); ++i) {
+    if (panel && probed[i].panel != *panel) continue;
+    const std::size_t place = next;
+    next = (next + 1) % kProbed;  // places run fastest
+    const double sd = rays.sd_px[i];
+    if (std::isnan(sd)) continue;
+    places[place].rms_px += sd * sd;
+    places[place].max_px = std::max(places[place].max_px, sd);
+    counts[place] += 1;
   }
-  return escaped;
+  for (std::size_t i = 0; i < kProbed; ++i) {
+    places[i].rms_px = std::sqrt(places[i].rms_px / counts[i]);
+  }
+  return places;
 }
 
-std::string RayFigure(const CalibrationReport& report, const PanelId& panel, double limit_px) {
-  constexpr double kCellWidth = kFigureWidth / kProbedColumns, kCellHeight = 40;
-  std::string svg = Open(kFigureWidth, kCellHeight * kProbedRows,
-                         "Standard deviation of rays that meet " + NameOf(panel) + ", px");
-  const std::vector<Deviations> places = DeviationsOf(report, panel);
+std::string DeviationFigure(const std::string& label, int columns,
+                            const std::vector<PlaceDeviation>& places, double limit_px) {
+  constexpr double kCellHeight = 40;
+  const double width = kFigureWidth / columns;
+  const auto per_row = static_cast<std::size_t>(columns);
+  const std::size_t num_rows = places.size() / per_row;
+  SvgDrawing drawing(kFigureWidth, kCellHeight * static_cast<double>(num_rows), label);
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const std::size_t column = i % kProbedColumns, row = i / kProbedColumns;
-    const double x = kCellWidth * static_cast<double>(column);
+    const std::size_t column = i % per_row, row = i / per_row;
+    const double x = width * static_cast<double>(column);
     const double y = kCellHeight * static_cast<double>(row);
-    const double rms = places[i].Rms();
+    const double rms = places[i].rms_px;
     if (std::isnan(rms)) {
-      Cell(svg, x, y, kCellWidth, kCellHeight, 0, "no ray through here meets the panel");
+      drawing.Cell(x, y, width, kCellHeight, 0, "no ray through here meets the panel");
       continue;
     }
-    Cell(svg, x, y, kCellWidth, kCellHeight, rms / limit_px,
-         fmt::format("{:.4f} px RMS over the eyes, {:.4f} px at worst", rms, places[i].largest));
-    Text(svg, x + kCellWidth / 2, y + kCellHeight / 2 + 5, "middle", fmt::format("{:.4f}", rms));
+    drawing.Cell(
+        x, y, width, kCellHeight, rms / limit_px,
+        fmt::format("{:.4f} px RMS over the eyes, {:.4f} px at worst", rms, places[i].max_px));
+    drawing.Text(x + width / 2, y + kCellHeight / 2 + 5, "middle",
+                 std::isfinite(rms) ? fmt::format("{:.4f}", rms) : "unknown");
   }
-  return svg + "</svg>\n";
+  return drawing.Done();
 }
 
-std::string ResidualFigure(const ResidualMap& map) {
-  constexpr double kCellWidth = kFigureWidth / ResidualMap::kColumns, kCellHeight = 48;
-  constexpr double kUnitsPerPx = 20 / kLargestMeanPx;  // an arrow that is allowed fits its cell
-  std::string svg =
-      Open(kFigureWidth, kCellHeight * kCellRows, "Residuals of " + NameOf(map.panel));
+std::string ResidualFigure(const std::string& label, const ResidualMap& map, double limit_px) {
+  constexpr double kWidth = kFigureWidth / ResidualMap::kColumns, kHeight = 48;
+  SvgDrawing drawing(kFigureWidth, kHeight * ResidualMap::kRows, label);
   int most = 1;
   for (const ResidualCell& cell : map.cells) most = std::max(most, cell.num_points);
   for (int row = 0; row < ResidualMap::kRows; ++row) {
     for (int column = 0; column < ResidualMap::kColumns; ++column) {
       const ResidualCell& cell = map.At(column, row);
-      const double x = kCellWidth * column, y = kCellHeight * row;
-      Cell(svg, x, y, kCellWidth, kCellHeight, 0.5 * cell.num_points / most,
-           fmt::format("{} points, mean ({:.4f}, {:.4f}) px, RMS {:.3f} px", cell.num_points,
-                       cell.mean_px.x(), cell.mean_px.y(), cell.rms_px));
-      Text(svg, x + kCellWidth - 4, y + kCellHeight - 4, "end", fmt::format("{}", cell.num_points));
-      if (cell.num_points == 0) continue;
-      const bool beyond = cell.mean_px.norm() > kLargestMeanPx;
-      const Vector2d arrow =
-          kUnitsPerPx * cell.mean_px * std::min(1.0, 1.3 * kLargestMeanPx / cell.mean_px.norm());
-      const double from_x = x + kCellWidth / 2, from_y = y + kCellHeight / 2;
-      Add(svg,
-          "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"2.2\" fill=\"{4}\"/><line x1=\"{0:.1f}\" "
-          "y1=\"{1:.1f}\" x2=\"{2:.1f}\" y2=\"{3:.1f}\" stroke=\"{4}\" stroke-width=\"2.5\"/>",
-          from_x, from_y, from_x + arrow.x(), from_y + arrow.y(), beyond ? kBeyond : "var(--ink)");
+      const double x = kWidth * column, y = kHeight * row;
+      drawing.Cell(x, y, kWidth, kHeight, 0.5 * cell.num_points / most,
+                   fmt::format("{} points, mean ({:.4f}, {:.4f}) px, RMS {:.3f} px",
+                               cell.num_points, cell.mean_px.x(), cell.mean_px.y(), cell.rms_px));
+      drawing.Text(x + kWidth - 4, y + kHeight - 4, "end", fmt::format("{}", cell.num_points));
+      DrawMean(cell, x + kWidth / 2, y + kHeight / 2, limit_px, drawing);
     }
   }
-  return svg + "</svg>\n";
+  return drawing.Done();
 }
 
-std::string DirectionFigure(const CalibrationReport& report) {
-  const std::vector<Vector2d> directions = Directions(report);
+Vector2d DirectionTo(const Eigen::Vector3d& point_mm) {
+  return {Degrees(point_mm.x() / point_mm.z()), Degrees(point_mm.y() / point_mm.z())};
+}
+
+std::string DirectionFigure(const std::vector<CameraDirection>& cameras, const EyeBox& eyes,
+                            const std::optional<Vector2d>& next_degrees) {
   double reach = 35;
-  for (const Vector2d& at : directions) reach = std::max(reach, at.cwiseAbs().maxCoeff() + 5);
+  for (const CameraDirection& camera : cameras) {
+    reach = std::max(reach, camera.degrees.cwiseAbs().maxCoeff() + 5);
+  }
+  if (next_degrees) reach = std::max(reach, next_degrees->cwiseAbs().maxCoeff() + 5);
   const Dial dial{std::min(reach, 90.0), kFigureWidth};
-  std::string svg = Open(kFigureWidth, kFigureWidth, "Directions of the cameras");
-  DrawDial(svg, dial);
-  DrawEyes(svg, dial, report.limits.eye_box);
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    const double x = dial.X(directions[i].x()), y = dial.Y(directions[i].y());
-    Add(svg, "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5\" fill=\"var(--ink)\"/>", x, y);
-    Text(svg, x + 8, y + 5, "start", fmt::format("{}", report.views[i] + 1));
+  SvgDrawing drawing(kFigureWidth, kFigureWidth, "Directions of the cameras");
+  DrawDial(dial, drawing);
+  DrawEyes(dial, eyes, drawing);
+  for (const CameraDirection& camera : cameras) {
+    const double x = dial.X(camera.degrees.x()), y = dial.Y(camera.degrees.y());
+    drawing.Circle(x, y, 5,
+                   camera.of_board_alone
+                       ? "fill=\"var(--ground)\" stroke=\"var(--ink)\" stroke-width=\"2\""
+                       : "fill=\"var(--ink)\"",
+                   fmt::format("position {}: {:.1f}° to the right, {:.1f}° up", camera.position,
+                               camera.degrees.x(), camera.degrees.y()));
+    drawing.Text(x + 8, y + 5, "start", camera.position);
   }
-  if (report.next_view) {
-    Add(svg,
-        "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"11\" fill=\"none\" stroke=\"{}\" "
-        "stroke-width=\"3\"/>",
-        dial.X(report.next_view->right_deg), dial.Y(report.next_view->up_deg), kBeyond);
+  if (next_degrees) {
+    drawing.Circle(dial.X(next_degrees->x()), dial.Y(next_degrees->y()), 11,
+                   fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"3\"", kSvgBeyond));
   }
-  return svg + "</svg>\n";
+  return drawing.Done();
 }
 
 std::string Chi2Figure(const std::vector<FitOf>& fits) {
   constexpr double kLeft = 150, kRight = 54, kRow = 26;
-  double most = 1.2 * kHighChi2;
+  double most = 1.2 * kMostChi2Drawn;
   for (const FitOf& fit : fits) most = std::max(most, fit.chi2);
   const double scale = (kFigureWidth - kLeft - kRight) / most;
   const double height = kRow * static_cast<double>(fits.size());
-  std::string svg = Open(kFigureWidth, height, "Chi squared per degree of freedom");
-  Add(svg,
-      "<rect x=\"{:.1f}\" y=\"0\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"var(--line)\" "
-      "fill-opacity=\"0.5\"/>",
-      kLeft + scale * kLowChi2, scale * (kHighChi2 - kLowChi2), height);
+  SvgDrawing drawing(kFigureWidth, height, "Chi squared per degree of freedom");
+  drawing.Rectangle(kLeft + scale * kLeastChi2Drawn, 0, scale * (kMostChi2Drawn - kLeastChi2Drawn),
+                    height, "fill=\"var(--line)\" fill-opacity=\"0.5\"");
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const FitOf& fit = fits[i];
     const double y = kRow * static_cast<double>(i);
-    const bool inside = fit.chi2 >= kLowChi2 && fit.chi2 <= kHighChi2;
-    Text(svg, kLeft - 8, y + 18, "end", fit.name);
-    Add(svg,
-        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"><title>{} "
-        "of "
-        "{} points, RMS {:.4f} px</title></rect>",
-        kLeft, y + 5, scale * fit.chi2, kRow - 10, inside ? kInk : kBeyond, fit.num_used,
-        fit.num_points, fit.rms_px);
-    Text(svg, kLeft + scale * fit.chi2 + 6, y + 18, "start", fmt::format("{:.2f}", fit.chi2));
+    const bool inside = fit.chi2 >= kLeastChi2Drawn && fit.chi2 <= kMostChi2Drawn;
+    drawing.Text(kLeft - 8, y + 18, "end", fit.name);
+    drawing.Rectangle(
+        kLeft, y + 5, scale * fit.chi2, kRow - 10,
+        fmt::format("fill=\"{}\"", inside ? "var(--accent)" : kSvgBeyond),
+        fmt::format("{} of {} points, RMS {:.4f} px", fit.num_used, fit.num_points, fit.rms_px));
+    drawing.Text(kLeft + scale * fit.chi2 + 6, y + 18, "start", fmt::format("{:.2f}", fit.chi2));
   }
-  return svg + "</svg>\n";
+  return drawing.Done();
 }
 
 }  // namespace lamella

@@ -1,26 +1,49 @@
-// Figures of a calibration's page, as SVG in HTML; colours follow the page's.
+// Figures that the pages of all calibrations share, as SVG in HTML; colours follow the page's.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
+
+#include <Eigen/Core>
 
 #include "calibration/calibrate.h"
+#include "lightfield/rigid.h"
 
 namespace lamella {
 
-std::string EscapedHtml(const std::string& text);
-
-// The rays' standard deviation through the panel's 7 x 5 probed places: the RMS over eyes, px.
-// Darkest at `limit_px`, of another colour beyond it.
-std::string RayFigure(const CalibrationReport& report, const PanelId& panel, double limit_px);
+// What is known of a place of a panel, px: over the eyes. NaN where no ray passes.
+struct PlaceDeviation {
+  double rms_px = 0, max_px = 0;
+};
+// Of 7 x 5 places, row by row from the top left; of the rays that meet `panel`, or all of them.
+std::vector<PlaceDeviation> DeviationsOf(const std::vector<ProbedRay>& probed,
+                                         const RayUncertainty& rays,
+                                         const std::optional<PanelId>& panel = std::nullopt);
+// The places' RMS as numbers in `columns` columns. Darkest at `limit_px`, of another colour beyond.
+std::string DeviationFigure(const std::string& label, int columns,
+                            const std::vector<PlaceDeviation>& places, double limit_px);
 
 // A panel's cells: as dark as they have points, with their number, and the mean residual as an
-// arrow.
-std::string ResidualFigure(const ResidualMap& map);
+// arrow, which nearly reaches the cell's edge at `limit_px`; of another colour beyond that and what
+// chance does.
+std::string ResidualFigure(const std::string& label, const ResidualMap& map, double limit_px);
 
-// Where cameras stood and eyes are, degrees from the reference panel's normal, and the next view.
-std::string DirectionFigure(const CalibrationReport& report);
+// Degrees to the right and up from a normal, with the number of the camera position.
+struct CameraDirection {
+  Eigen::Vector2d degrees{0, 0};
+  std::string position;
+  bool of_board_alone = false;  // drawn hollow
+};
+// To a point before a plane that faces z.
+Eigen::Vector2d DirectionTo(const Eigen::Vector3d& point_mm);
+// Where cameras stood and eyes are, and where the next photographs help most.
+std::string DirectionFigure(const std::vector<CameraDirection>& cameras, const EyeBox& eyes,
+                            const std::optional<Eigen::Vector2d>& next_degrees);
 
 // chi^2 per degree of freedom of each.
 std::string Chi2Figure(const std::vector<FitOf>& fits);
+// The band that is neither too good nor too bad; calibration.md section 7.
+inline constexpr double kLeastChi2Drawn = 0.7, kMostChi2Drawn = 1.5;
 
 }  // namespace lamella

@@ -1,6 +1,6 @@
 #include "pipeline/report/calibration_page.h"
 
-#include <string_view>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -8,177 +8,116 @@
 
 #include "pipeline/calibration_report.h"
 #include "pipeline/report/calibration_figures.h"
-#include "pipeline/report/page_embedded.h"
-#include "pipeline/workspace.h"
+#include "pipeline/report/page_parts.h"
 
 namespace lamella {
 namespace {
 
-std::string Section(const std::string& title, const std::string& content) {
-  return fmt::format("<section class=\"card\">\n<h2>{}</h2>\n{}</section>\n", EscapedHtml(title),
-                     content);
-}
-
-std::string Note(const std::string& text) {
-  return fmt::format("<p class=\"muted\">{}</p>\n", EscapedHtml(text));
-}
-
-std::string Figure(const std::string& caption, const std::string& svg) {
-  return fmt::format("<figure><figcaption>{}</figcaption>\n{}</figure>\n", EscapedHtml(caption),
-                     svg);
-}
-
-// A third and last column holds words.
-std::string Table(const std::vector<std::string>& columns,
-                  const std::vector<std::vector<std::string>>& rows) {
-  std::string html = "<div class=\"scroll\"><table>\n<tr>";
-  const auto cell = [](const char* kind, bool words, const std::string& text) {
-    return fmt::format("<{0}{1}>{2}</{0}>", kind, words ? " class=\"words\"" : "",
-                       EscapedHtml(text));
-  };
-  const auto words = [](std::size_t i, std::size_t count) { return i > 1 && i + 1 == count; };
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    html += cell("th", words(i, columns.size()), columns[i]);
-  }
-  html += "</tr>\n";
-  for (const std::vector<std::string>& row : rows) {
-    html += "<tr>";
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      html += cell("td", words(i, row.size()), row[i]);
-    }
-    html += "</tr>\n";
-  }
-  return html + "</table></div>\n";
-}
-
-std::string Verdict(const CalibrationReport& report) {
-  std::string words = report.accepted() ? "Certain enough: the calibration was written."
-                                        : "Not certain: there is no calibration, only this report.";
-  std::string html = fmt::format("<section class=\"card verdict{}\">\n<p><strong>{}</strong></p>\n",
-                                 report.accepted() ? "" : " open", words);
-  html += "<dl>\n";
-  const auto fact = [&](const char* name, const std::string& value) {
-    html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", name, EscapedHtml(value));
-  };
+std::string PanelsVerdict(const CalibrationReport& report) {
+  std::vector<std::pair<std::string, std::string>> facts;
   if (report.rays.sd_px.empty()) {
-    fact("Rays", "no number: some parameters are unknown");
+    facts.emplace_back("Rays", "no number: some parameters are unknown");
   } else {
-    fact("Rays are known to",
-         fmt::format("{:.4f} px RMS ({} asked for), {:.4f} px at worst ({} asked for)",
-                     report.rays.rms_sd_px, report.limits.largest_ray_rms_px, report.rays.max_sd_px,
-                     report.limits.largest_ray_max_px));
+    facts.emplace_back(
+        "Rays are known to",
+        fmt::format("{:.4f} px RMS ({} asked for), {:.4f} px at worst ({} asked for)",
+                    report.rays.rms_sd_px, report.limits.largest_ray_rms_px, report.rays.max_sd_px,
+                    report.limits.largest_ray_max_px));
   }
-  fact("Chi squared per degree of freedom", fmt::format("{:.3f}", report.chi2));
-  fact("Photographs of one position shift by", fmt::format("{:.4f} px", report.slip_px));
-  fact("The unit of length is the pitch of", NameOf(report.reference));
-  return html + "</dl>\n</section>\n";
+  facts.emplace_back("Chi squared per degree of freedom", fmt::format("{:.3f}", report.chi2));
+  facts.emplace_back("Photographs of one position shift by",
+                     fmt::format("{:.4f} px", report.slip_px));
+  facts.emplace_back("The unit of length is the pitch of", NameOf(report.reference));
+  return PageVerdict(report.accepted(), facts);
 }
 
-std::string Weaknesses(const std::string& title, const std::vector<Weakness>& weaknesses) {
-  if (weaknesses.empty()) return "";
-  std::string list = "<ul>\n";
-  for (const Weakness& weakness : weaknesses) {
-    list += fmt::format("<li>{}. <strong>Cure:</strong> {}.</li>\n", EscapedHtml(weakness.lost),
-                        EscapedHtml(weakness.cure));
-  }
-  return Section(title, list + "</ul>\n");
-}
-
-std::string Lines(const std::string& title, const std::vector<std::string>& lines) {
-  if (lines.empty()) return "";
-  std::string list = "<ul>\n";
-  for (const std::string& line : lines) list += "<li>" + EscapedHtml(line) + "</li>\n";
-  return Section(title, list + "</ul>\n");
-}
-
-std::string RayErrors(const CalibrationReport& report) {
+std::string PanelsRays(const CalibrationReport& report) {
   if (report.rays.sd_px.empty()) return "";
-  std::string figures = "<div class=\"figures\">\n";
+  std::vector<CaptionedDrawing> drawings;
   for (const ResidualMap& map : report.residuals) {
     if (map.panel == report.reference) continue;
-    figures +=
-        Figure(NameOf(map.panel), RayFigure(report, map.panel, report.limits.largest_ray_rms_px));
+    const std::string name = NameOf(map.panel);
+    drawings.push_back(
+        {name, DeviationFigure("Standard deviation of rays that meet " + name + ", px", 7,
+                               DeviationsOf(report.probed, report.rays, map.panel),
+                               report.limits.largest_ray_rms_px)});
   }
   const EyeBox& box = report.limits.eye_box;
-  return Section(
+  return PageSection(
       "How well rays are known",
-      Note(fmt::format(
+      PageNote(fmt::format(
           "Standard deviation, px of each panel, of the pixel that an eye sees behind "
           "or before a place of {} (as seen from the front); RMS over eyes within {:.0f} "
           "x {:.0f} mm, {:.0f} to {:.0f} mm away. Orange: more than is asked for.",
           NameOf(report.reference), 2 * box.half_width_mm, 2 * box.half_height_mm, box.near_mm,
           box.far_mm)) +
-          figures + "</div>\n");
+          PageDrawings(drawings));
 }
 
-std::string Residuals(const CalibrationReport& report) {
-  std::string figures = "<div class=\"figures\">\n";
+std::string PanelsResiduals(const CalibrationReport& report) {
+  std::vector<CaptionedDrawing> drawings;
   for (const ResidualMap& map : report.residuals) {
-    figures += Figure(fmt::format("{}, in {} views", NameOf(map.panel), map.views.size()),
-                      ResidualFigure(map));
+    const std::string name = NameOf(map.panel);
+    drawings.push_back({fmt::format("{}, in {} views", name, map.views.size()),
+                        ResidualFigure("Residuals of " + name, map, kLargestMeanPx)});
   }
-  return Section(
+  return PageSection(
       "Where points were seen, and where they should have been",
-      Note(
-          "Each panel as it is given its image. Numbers, and darker cells: points. Lines: the mean "
-          "of seen minus predicted, in the panel's pixels; 0.03 px would reach nearly to the "
-          "cell's "
-          "edge, and more is orange. Means that follow a pattern are a shape that is not "
-          "modelled.") +
-          figures + "</div>\n");
+      PageNote("Each panel as it is given its image. Numbers, and darker cells: points. Lines: the "
+               "mean of seen minus predicted, in the panel's pixels; 0.03 px would reach nearly to "
+               "the cell's edge, and more than that and chance is orange. Means that follow a "
+               "pattern are a shape that is not modelled.") +
+          PageDrawings(drawings));
 }
 
-std::string Views(const CalibrationReport& report) {
+// As the reference stack sees cameras.
+std::string PanelsDirections(const CalibrationReport& report) {
+  const auto layer = static_cast<std::size_t>(report.reference.layer);
+  const Rigid stack_from_display = Inverse(report.calibration.layers[layer].display_from_stack);
+  std::vector<CameraDirection> cameras;
+  for (std::size_t i = 0; i < report.camera_from_display.size(); ++i) {
+    cameras.push_back({DirectionTo(stack_from_display * Centre(report.camera_from_display[i])),
+                       fmt::format("{}", report.views[i] + 1)});
+  }
+  std::optional<Eigen::Vector2d> next;
+  if (report.next_view) next = {report.next_view->right_deg, report.next_view->up_deg};
+  return DirectionFigure(cameras, report.limits.eye_box, next);
+}
+
+std::string PanelsViews(const CalibrationReport& report) {
   std::string note =
       "Left: cameras by their number, in degrees from the normal of the reference panel; dashed: "
       "where eyes are; orange ring: ";
   const std::string next = DescribeNextView(report);
   note += next.empty() ? "none, no place shows all panels at once."
                        : "the photographs that would help most, " + next + ".";
-  return Section("Camera positions",
-                 Note(note) + "<div class=\"figures\">\n" +
-                     Figure("Directions", DirectionFigure(report)) +
-                     Figure("Chi squared of views", Chi2Figure(report.views_fit)) +
-                     Figure("Chi squared of panels", Chi2Figure(report.panels)) + "</div>\n");
+  return PageSection(
+      "Camera positions",
+      PageNote(note) + PageDrawings({{"Directions", PanelsDirections(report)},
+                                     {"Chi squared of views", Chi2Figure(report.views_fit)},
+                                     {"Chi squared of panels", Chi2Figure(report.panels)}}));
 }
 
-std::string Parameters(const CalibrationReport& report) {
-  std::vector<std::vector<std::string>> groups, deviations;
-  for (const GroupVerdict& verdict : report.groups) {
-    groups.push_back({verdict.group, verdict.freed ? "freed" : "as designed", verdict.reason});
-  }
+std::string PanelsDeviations(const CalibrationReport& report) {
+  if (report.deviations.empty()) return "";
+  std::vector<std::vector<std::string>> rows;
   for (const ParameterDeviation& deviation : report.deviations) {
-    deviations.push_back({deviation.name, fmt::format("{:.3g} {}", deviation.sd, deviation.unit)});
+    rows.push_back({deviation.name, fmt::format("{:.3g} {}", deviation.sd, deviation.unit)});
   }
-  std::string html =
-      Section("Parameters beyond poses and gaps", Table({"parameters", "", "why"}, groups));
-  if (deviations.empty()) return html;
-  return html + Section("Standard deviations", Table({"parameter", "deviation"}, deviations));
+  return PageSection("Standard deviations", PageTable({"parameter", "deviation"}, rows));
 }
 
 }  // namespace
 
 std::string CalibrationPage(const SolvedPhotos& solved) {
   const CalibrationReport& report = solved.report;
-  const std::string body =
-      Verdict(report) + Weaknesses("What the photographs leave open", report.failures) +
-      Weaknesses("What is weak", report.warnings) + Views(report) + RayErrors(report) +
-      Residuals(report) + Lines("Left out", solved.left_out) +
-      Lines("Used, though better ones would help", solved.doubtful) + Parameters(report);
-  const std::pair<std::string_view, std::string> parts[] = {
-      {"@STYLE@", std::string(kPageStyle)},
-      {"@TITLE@", EscapedHtml(fmt::format("{} from {} photographs", solved.display.name,
-                                          solved.photos.size()))},
-      {"@BODY@", body},
-      {"@FOOT@", fmt::format("Made by lamella {}. This file needs no network.", ProgramVersion())}};
-  std::string html;
-  std::string_view rest = kCalibrationTemplate;
-  for (const auto& [mark, text] : parts) {  // in the template's order
-    const std::size_t at = rest.find(mark);
-    html.append(rest.substr(0, at)).append(text);
-    rest.remove_prefix(at + mark.size());
-  }
-  return html.append(rest);
+  return CalibrationHtml(
+      solved.display.name, solved.photos.size(),
+      PanelsVerdict(report) + PageWeaknesses("What the photographs leave open", report.failures) +
+          PageWeaknesses("What is weak", report.warnings) + PanelsViews(report) +
+          PanelsRays(report) + PanelsResiduals(report) + PageLines("Left out", solved.left_out) +
+          PageLines("Used, though better ones would help", solved.doubtful) +
+          PageGroups("Parameters beyond poses and gaps", report.groups) + PanelsDeviations(report));
 }
 
 }  // namespace lamella

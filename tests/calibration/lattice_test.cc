@@ -3,6 +3,7 @@
 // photograph's noise, so that one pixel alone is 0.64 panel px wrong and its period unknown.
 #include "calibration/lattice.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -113,6 +114,7 @@ TEST_P(LatticeOf, IsRefusedFromOnePositionOrFromPositionsTooNear) {
                                         "one camera position only"));
   EXPECT_THAT(from_one.failures.at(0).cure, HasSubstr("100 mm and more away across the lenses"));
   EXPECT_GT(from_one.drift_max_px, 0.1);
+  EXPECT_TRUE(from_one.next_eye);
   const auto near = PhotographSheet(sheet_, {{90, 60, 500}, {92, 60, 500}}, 8000, {0.5}, 1);
   const LatticeReport from_near = EstimateLattice(near, WrongDesign(sheet_, 1), SheetViewers());
   EXPECT_THAT(Lost(from_near), HasSubstr("camera positions are 2 mm apart across the lenses"));
@@ -122,6 +124,57 @@ TEST_P(LatticeOf, IsRefusedFromOnePositionOrFromPositionsTooNear) {
   ASSERT_EQ(std::sscanf(cure.substr(cure.find('(')).c_str(), "(%lf, %lf, %lf)", &x, &y, &z), 3);
   const auto cured = PhotographSheet(sheet_, {{90, 60, 500}, {x, y, z}}, 8000, {0.5}, 1);
   EXPECT_EQ(Lost(EstimateLattice(cured, WrongDesign(sheet_, 1), SheetViewers())), "nothing");
+}
+
+TEST_P(LatticeOf, SaysWhereItIsKnownAndWhereItWasSeen) {
+  auto seen = PhotographSheet(sheet_, TwoEyes(), 12000, {0.3}, 1);
+  const LatticeReport whole = EstimateLattice(seen, DesignOf(sheet_), SheetViewers());
+  EXPECT_EQ(whole.residuals.CellsSeen(), 40U);
+  EXPECT_TRUE(whole.warnings.empty());
+  EXPECT_FALSE(whole.next_eye);
+  double squares = 0, most = 0;
+  for (const LensDrift& place : whole.drift) {
+    squares += place.rms_px * place.rms_px / 9;
+    most = std::max(most, place.max_px);
+  }
+  EXPECT_NEAR(std::sqrt(squares), whole.drift_rms_px, 1e-9);
+  EXPECT_EQ(most, whole.drift_max_px);
+  int used = 0;
+  for (const FitOf& view : whole.views_fit) {
+    EXPECT_EQ(view.num_points, 12000);
+    EXPECT_NEAR(view.rms_px, 0.3, 0.03);
+    used += view.num_used;
+  }
+  EXPECT_EQ(used, whole.num_used);
+  // The left quarter alone.
+  std::erase_if(seen.samples, [](const LatticeSample& sample) {
+    return sample.sheet_mm.x() > -kSheetWidth * kSheetPixel / 4;
+  });
+  const LatticeReport part = EstimateLattice(seen, DesignOf(sheet_), SheetViewers());
+  EXPECT_EQ(part.residuals.CellsSeen(), 10U);
+  EXPECT_GT(part.residuals.At(0, 4).num_points, 0);
+  EXPECT_EQ(part.residuals.At(7, 4).num_points, 0);
+  ASSERT_FALSE(part.warnings.empty());
+  EXPECT_THAT(part.warnings.back().lost,
+              HasSubstr("the sheet was seen in 25 % of its area: its lenses are extrapolated"));
+}
+
+// Lenses of the panel's top right part are shifted along their rows.
+TEST_P(LatticeOf, MapsWhereLensesAreOffIt) {
+  auto seen = PhotographSheet(sheet_, TwoEyes(), 12000, {0.1}, 1);
+  const Vector2d across(std::cos(sheet_.rotation), std::sin(sheet_.rotation));
+  for (LatticeSample& sample : seen.samples) {
+    const Vector2d at =
+        sample.sheet_mm.cwiseQuotient(kSheetPixel / 2 * Vector2d(kSheetWidth, kSheetHeight));
+    if (at.x() < 0.75 || at.y() < 0.6) continue;
+    sample.panel_px += 0.3 * Vector2d(across.x(), -across.y());
+  }
+  const LatticeReport report = EstimateLattice(seen, DesignOf(sheet_), SheetViewers());
+  EXPECT_THAT(Lost(report), HasSubstr("are off the lattice by"));
+  const Vector2d corner = report.residuals.At(7, 0).mean_px;
+  EXPECT_GT(corner.norm(), report.largest_mean_px);
+  EXPECT_NEAR(corner.dot(Vector2d(across.x(), -across.y())), 0.3, 0.08);
+  EXPECT_LT(report.residuals.At(0, 4).mean_px.norm(), report.largest_mean_px);
 }
 
 TEST(Lattice, OfALineIsNotToldByCamerasAlongTheLenses) {

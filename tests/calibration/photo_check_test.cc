@@ -14,6 +14,7 @@ namespace lamella {
 namespace {
 
 using Eigen::Vector2d;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -180,6 +181,41 @@ TEST(PhotoCheck, TakesAPrintedBoardThatIsNotFoundAgain) {
   EXPECT_TRUE(check.Add("again", GoodPrinted(list)).good);
   EXPECT_EQ(check.photos().size(), list.shots.size());
   EXPECT_THAT(check.Missing(), IsEmpty());
+}
+
+// Dark, then a board that is not found: the same as dark and white.
+TEST(PhotoCheck, SaysThatABoardAloneMayNotHaveBeenFound) {
+  const ShotList list = ListWithPrintedBoard();
+  PhotoCheck check(list);
+  for (std::size_t shot = 0; shot + 1 < list.shots.size(); ++shot) {
+    check.Add("photo", Good(list, shot));
+  }
+  check.Add("board", GoodPrinted(list));
+  PhotoFacts blurred = GoodPrinted(list);
+  blurred.printed = false;
+  blurred.sighting.reset();
+  check.Add("dark", Good(list, 0));
+  EXPECT_EQ(check.Add("blurred", blurred).view, 1);
+  EXPECT_THAT(check.Missing(),
+              ElementsAre(AllOf(HasSubstr("position 2: take"),
+                                HasSubstr("the printed board alone, the board was not found"))));
+}
+
+// It is taken for the sinusoid that is due, the last sinusoid for the board, which is taken again.
+TEST(PhotoCheck, NamesAPrintedBoardBetweenSinusoids) {
+  const ShotList list = ListWithPrintedBoard();
+  PhotoCheck check(list);
+  for (std::size_t shot = 0; shot + 1 < list.shots.size(); ++shot) {
+    if (shot == 5) {
+      EXPECT_EQ(check.Add("between", GoodPrinted(list)).shot, 5U);
+    }
+    check.Add("photo", Good(list, shot));
+  }
+  EXPECT_EQ(BoardInBetween(list, check.photos(), 0), std::nullopt);  // nothing to hold it against
+  EXPECT_TRUE(check.Add("board", GoodPrinted(list)).good);
+  EXPECT_EQ(BoardInBetween(list, check.photos(), 0), "between");
+  EXPECT_THAT(check.Missing(),
+              ElementsAre(HasSubstr("position 1: between shows the printed board")));
 }
 
 TEST(PhotoCheck, NoticesAMovedCamera) {

@@ -73,7 +73,7 @@ std::vector<VarifocalScene::Plane> Planes(const VarifocalSceneOptions& options, 
 }
 
 // A camera that looks at the display's middle.
-Rigid LookingAt(double yaw, double pitch, double roll, double distance) {
+Rigid LookingAtPlanes(double yaw, double pitch, double roll, double distance) {
   const Vector3d from = distance * Vector3d(std::sin(yaw) * std::cos(pitch), std::sin(pitch),
                                             std::cos(yaw) * std::cos(pitch));
   const Vector3d forward = -from.normalized();
@@ -93,9 +93,9 @@ std::vector<Rigid> Views(const VarifocalSceneOptions& options) {
     const double around = 2 * std::numbers::pi * i / options.num_views + 0.3;
     const double angle = sheet_only ? 30 : options.angle_deg * (i % 2 == 0 ? 1 : 1.0 / 3);
     const double distance = 1050 + 130 * std::cos(2.4 * i);
-    views.push_back(LookingAt(angle * std::cos(around) * kDegree,
-                              angle * std::sin(around) * kDegree, 90 * (i % 3) * kDegree,
-                              distance));
+    views.push_back(LookingAtPlanes(angle * std::cos(around) * kDegree,
+                                    angle * std::sin(around) * kDegree, 90 * (i % 3) * kDegree,
+                                    distance));
   }
   return views;
 }

@@ -210,6 +210,37 @@ TEST(Varifocal, RefusesByNameWhatIsNotThere) {
               testing::Contains(HasSubstr("view 2: 3 marks of the frame's sheet do not say")));
 }
 
+// Points in the left third of plane 1 alone, and three views: which is enough, but said.
+TEST(Varifocal, SaysWhereItsPlanesWereSeen) {
+  VarifocalScene scene = MakeVarifocalScene(Few());
+  const VarifocalReport all = Solved(scene);
+  EXPECT_TRUE(all.warnings.empty());
+  ASSERT_EQ(all.residuals.size(), 3U);
+  const ResidualMap pooled = Pooled(all.residuals);
+  int points = 0, used = 0;
+  double squares = 0;
+  for (const ResidualCell& cell : pooled.cells) {
+    points += cell.num_points;
+    squares += cell.num_points * cell.rms_px * cell.rms_px;
+    EXPECT_LT(cell.mean_px.norm(), std::hypot(kLargestMeanPx, cell.ChancePx()));
+  }
+  for (const FitOf& plane : all.planes_fit) used += plane.num_used;
+  EXPECT_EQ(points, used);
+  // 0.1 px in the photograph in two directions, where a panel's pixel is 1.1 of its.
+  EXPECT_NEAR(std::sqrt(squares / points), 0.1 * std::sqrt(2.0) / 1.09, 0.02);
+  EXPECT_EQ(all.probed.size(), all.rays.sd_px.size());
+  for (PlanePhoto& photo : scene.observations.photos) {
+    if (photo.plane != 1) continue;
+    std::erase_if(photo.points, [](const Observation& point) { return point.panel_px.x() > 340; });
+  }
+  std::erase_if(scene.observations.photos, [](const PlanePhoto& photo) { return photo.view > 2; });
+  const VarifocalReport few = Solved(scene);
+  EXPECT_EQ(few.residuals[1].CellsSeen(), 15U);
+  ASSERT_EQ(few.warnings.size(), 2U);
+  EXPECT_THAT(few.warnings[0].lost, HasSubstr("plane 1 was seen in 38 % of its area"));
+  EXPECT_THAT(few.warnings[1].lost, HasSubstr("3 planes are in 2 or 3 views only"));
+}
+
 TEST(Varifocal, ToleratesWrongPointsAndPhotographs) {
   VarifocalScene scene = MakeVarifocalScene(Few());
   std::mt19937 random(5);

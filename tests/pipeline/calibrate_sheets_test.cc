@@ -21,6 +21,7 @@
 #include "pipeline/calibration_record.h"
 #include "pipeline/capture/transforms_json.h"
 #include "pipeline/photo_cameras.h"
+#include "pipeline/report/sheets_page.h"
 #include "pipeline/sheet_sights.h"
 #include "pipeline/solve_sheets.h"
 #include "pipeline/synth_photos.h"
@@ -33,6 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -287,6 +289,14 @@ TEST(CalibrateSheets, FindsSlantedLensesOfAVirtualPrototype) {
   EXPECT_THAT(text, HasSubstr("sheet: the calibration is certain enough\n"));
   ASSERT_EQ(solved.sheets.size(), 1U);
   EXPECT_EQ(solved.sheets[0].num_views, 2);
+  EXPECT_EQ(solved.sheets[0].report.residuals.CellsSeen(), 40U);
+  const std::string page = SheetsPage(solved);
+  EXPECT_THAT(page, HasSubstr("Certain enough: the calibration was written."));
+  EXPECT_THAT(page, HasSubstr(fmt::format("{:.4f} px at worst (0.02 asked for)",
+                                          solved.sheets[0].report.drift_max_px)));
+  EXPECT_THAT(page,
+              HasSubstr(fmt::format(">{:.4f}</text>", solved.sheets[0].report.drift[8].rms_px)));
+  EXPECT_THAT(page, HasSubstr("position 1: -12.7° to the right, 3.7° up"));
   EXPECT_NEAR(solved.calibration.layers[0].gap_mm, LayerOf(taken.truth).gap_mm, 0.03);
   EXPECT_LT(LargestRayDifference(taken, solved.calibration), 0.04);
   // As other programs weave by them, near and far.
@@ -319,6 +329,7 @@ TEST(CalibrateSheets, SaysWhatAFewHexagonalLensesAreWorth) {
   EXPECT_THAT(solved.failures()[0].lost,
               HasSubstr("layer 0: lenses at the panel's edge are known"));
   EXPECT_THAT(DescribeSheets(solved), HasSubstr("NOT certain"));
+  EXPECT_THAT(SheetsPage(solved), HasSubstr("Not certain: there is no calibration"));
   const double sd = solved.sheets[0].report.drift_max_px;
   EXPECT_LT(sd, 0.06);
   EXPECT_LT(LargestRayDifference(taken, solved.calibration), 3 * sd);
@@ -458,16 +469,25 @@ TEST(CalibrateSheets, FindsLensesByAPrintedBoardBesideThem) {
   ASSERT_EQ(solved.sheets.size(), 1U);
   EXPECT_EQ(solved.sheets[0].num_views, 2);
   EXPECT_THAT(text, HasSubstr("corners of the printed board in 8 photographs"));
-  const auto boards = std::count_if(solved.photos.begin(), solved.photos.end(),
-                                    [](const SolvedPhotos::Photo& photo) {
-                                      return photo.file.find("printed_board") != std::string::npos;
-                                    });
-  EXPECT_EQ(boards, 8);
+  EXPECT_THAT(SheetsPage(solved), HasSubstr("(hollow: of the printed board alone)"));
+  const auto is_of_board = [](const SolvedPhotos::Photo& photo) {
+    return photo.file.find("printed_board") != std::string::npos;
+  };
+  EXPECT_EQ(std::count_if(solved.photos.begin(), solved.photos.end(), is_of_board), 8);
+  const auto boards = std::find_if(solved.photos.begin(), solved.photos.end(), is_of_board);
   const double sd = solved.sheets[0].report.drift_max_px;
   EXPECT_LT(sd, 0.04);
   EXPECT_LT(scene.LargestDifferencePx(solved), 3 * sd);
   // The first panel stands in the display's middle.
   EXPECT_LT(LayerOf(solved.calibration).offset_mm.norm(), 0.2);
+  // The board between sinusoids makes others of those after it.
+  const fs::path photos = scene.Options().photos;
+  fs::copy_file(photos / boards->file, photos / "camera_01_10_then_the_board.png");
+  const SolvedSheets without = SolveSheets(scene.Options(), SilentProgress());
+  EXPECT_EQ(without.sheets[0].num_views, 1);
+  EXPECT_THAT(without.left_out,
+              Contains(HasSubstr("position 1: camera_01_10_then_the_board.png shows the printed "
+                                 "board between sinusoids")));
 }
 
 std::string Refusal(const SolveSheetsOptions& options) {
@@ -484,6 +504,9 @@ TEST(CalibrateSheets, NeedPositionsWhoseCamerasAreKnown) {
   const SolvedSheets one = SolveSheets(taken.options, SilentProgress());
   ASSERT_FALSE(one.failures().empty());
   EXPECT_THAT(one.failures()[0].lost, HasSubstr("there is one camera position only"));
+  const Vector3d next = one.sheets[0].report.next_eye.value();
+  EXPECT_THAT(SheetsPage(one), HasSubstr(fmt::format("gap, ({:.0f}, {:.0f}, {:.0f}) mm", next.x(),
+                                                     next.y(), next.z())));
   TransformsJson cameras = ReadTransformsJson(taken.options.cameras);
   const fs::path other = taken.folder / "other.json";
   cameras.views.resize(1);

@@ -11,11 +11,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "datasets_synthetic/cameras.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/calibrated_map.h"
 #include "lightfield/error.h"
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/calibration_record.h"
+#include "pipeline/capture/transforms_json.h"
+#include "pipeline/photo_cameras.h"
+#include "pipeline/report/varifocal_page.h"
 #include "pipeline/synth_photos.h"
 #include "tests/scratch.h"
 
@@ -25,6 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 constexpr const char* kDisplay = R"(
 name = "small-varifocal"
@@ -145,6 +150,136 @@ TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
   EXPECT_GT(worst_designed, 0.5);
   EXPECT_LT(worst_calibrated, 0.05);
   EXPECT_THAT(DescribeVarifocal(solved), HasSubstr("planes: z mm, magnification"));
+  // The page says how well each plane is known, here not well enough.
+  const std::string page = VarifocalPage(solved);
+  EXPECT_FALSE(report.accepted());
+  EXPECT_THAT(page, HasSubstr("Not certain: there is no calibration, only this report."));
+  for (const CalibratedPlane& plane : report.planes) {
+    EXPECT_THAT(page,
+                HasSubstr(fmt::format("{:.4f} ± {:.4f}", plane.display_from_plane.translation.z(),
+                                      plane.depth_sd_mm)));
+  }
+  int points = 0;
+  for (const ResidualCell& cell : Pooled(report.residuals).cells) points += cell.num_points;
+  EXPECT_EQ(points, report.planes_fit[0].num_used + report.planes_fit[1].num_used);
+}
+
+constexpr const char* kBoardPlace = "77,3,-4,1.5,-1,0.7";  // where it is fixed
+
+// The planes before two cameras, a board of 7 x 5 squares beside them before these and six more.
+class PlanesBesideBoard {
+ public:
+  PlanesBesideBoard() : folder_(ScratchFolder()) {
+    WriteTextAtomically(folder_ / "small.toml", kDisplay);
+    const Display display = ReadDisplay(folder_ / "small.toml");
+    const Calibration design = DesignCalibration(display);
+    truth_ = Misaligned(design);
+    SaveCalibration(folder_ / "truth.json", truth_);
+    ShotList list = WithPrintedBoard(PlanShots(design, CalibrationMode::kPrecise, true));
+    list.printed = PrintedBoard{{7 * 35 + 20, 5 * 35 + 20, 7, 5, 35, 10, 10, 900}, 12};
+    WritePatterns(folder_ / "patterns", list, SilentProgress());
+    WriteTextAtomically(folder_ / "patterns" / kPatternsDisplay, ToToml(display));
+    WriteCameras();
+    ShotList board = list, dark = list, planes = list;
+    board.shots = {list.shots.back()};
+    dark.shots = {list.shots.front()};
+    planes.shots.pop_back();
+    Photograph(planes, "near.json", 1);
+    Photograph(dark, "around.json", 1);
+    Photograph(board, "near.json", 4);
+    Photograph(board, "around.json", 4);
+  }
+
+  SolveVarifocalOptions Options() const {
+    SolveVarifocalOptions options;
+    options.photos.patterns = folder_ / "patterns";
+    options.photos.photos = folder_ / "all";
+    return options;
+  }
+
+  const Calibration& truth() const { return truth_; }
+  Rigid place() const { return PlaceOfPrintedBoard(kBoardPlace).value(); }
+
+ private:
+  static void AddCamera(const Vector3d& eye, const Vector3d& target, TransformsJson& to, int n) {
+    View view;
+    view.name = fmt::format("camera_{:02}", n);
+    view.image = view.name + ".png";
+    view.camera.width = 470;
+    view.camera.height = 236;
+    view.camera.fx = view.camera.fy = 1160;
+    view.camera.cx = 233;
+    view.camera.cy = 121;
+    view.camera_from_world = LookAt(eye, target, {0, 1, 0});
+    to.views.push_back(view);
+  }
+
+  void WriteCameras() {
+    TransformsJson near, around;
+    AddCamera({60, 35, 400}, {48, 0, 0}, near, 1);
+    AddCamera({-60, -30, 390}, {48, 0, 0}, near, 2);
+    const Vector3d board = place().translation;
+    int n = 3;
+    for (const Eigen::Vector2d& side :
+         {Eigen::Vector2d(-170, 0), Eigen::Vector2d(170, 0), Eigen::Vector2d(0, -170),
+          Eigen::Vector2d(0, 170), Eigen::Vector2d(120, 120), Eigen::Vector2d(-120, 120)}) {
+      AddCamera(board + Vector3d(side.x(), side.y(), 280), board, around, n++);
+    }
+    WriteTransformsJson(folder_ / "near.json", near);
+    WriteTransformsJson(folder_ / "around.json", around);
+  }
+
+  void Photograph(const ShotList& list, const char* cameras, int samples) {
+    WritePatterns(folder_ / "shown", list, SilentProgress());
+    SynthPhotosOptions options;
+    options.misalignment = (folder_ / "truth.json").string();
+    options.shots = (folder_ / "shown/shots.json").string();
+    options.cameras = (folder_ / cameras).string();
+    options.printed_board = kBoardPlace;
+    options.samples = samples;
+    options.blur_px = 0.7;
+    options.exposure = list.shots.front().kind == PatternShot::Kind::kPrinted ? 0.3 : 1.6;
+    options.bits = 12;
+    SynthPhotos(options, folder_ / "taken", SilentProgress());
+    fs::create_directories(folder_ / "all");
+    for (const auto& file : fs::directory_iterator(folder_ / "taken/images")) {
+      std::string name = file.path().stem().string();
+      if (list.shots.size() == 1) name += "_" + list.shots[0].name;  // which is left out then
+      fs::rename(file.path(), folder_ / "all" / (name + ".png"));
+    }
+  }
+
+  fs::path folder_;
+  Calibration truth_;
+};
+
+TEST(SolveVarifocal, FindsThePlanesByAPrintedBoardBesideThem) {
+  const PlanesBesideBoard scene;
+  const SolvedVarifocal solved = SolveVarifocalPhotos(scene.Options(), SilentProgress());
+  const VarifocalReport& report = solved.report;
+  EXPECT_THAT(solved.left_out, IsEmpty());
+  EXPECT_EQ(solved.doubtful.size(), 8U);  // its squares are small
+  EXPECT_EQ(report.camera_from_display.size(), 8U);
+  ASSERT_EQ(report.planes.size(), 2U);
+  const Rigid true_from_found = scene.place() * Inverse(report.display_from_frame);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const CalibratedPlane& plane = report.planes[k];
+    const LayerCalibration& truth = scene.truth().layers[k];
+    const Vector3d off = (true_from_found * plane.display_from_plane).translation -
+                         truth.display_from_stack.translation;
+    const double magnification = plane.magnification - 1 - truth.emitter.scale;
+    fmt::print(
+        "plane {}: off by ({:.4f}, {:.4f}, {:.4f}) mm (depth sd {:.4f}), magnification by "
+        "{:.1e} (sd {:.1e})\n",
+        k, off.x(), off.y(), off.z(), plane.depth_sd_mm, magnification, plane.magnification_sd);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_LT(std::abs(off(axis)), 4 * std::sqrt(plane.covariance(3 + axis, 3 + axis)));
+    }
+    EXPECT_LT(std::abs(magnification), 4 * plane.magnification_sd);
+    EXPECT_LT(plane.depth_sd_mm, 0.3);
+    EXPECT_LT(plane.magnification_sd, 1e-3);
+  }
+  EXPECT_THAT(VarifocalPage(solved), HasSubstr("(hollow: no plane is seen from there)"));
 }
 
 }  // namespace

@@ -24,6 +24,41 @@ slots = 5
 """
 
 
+SHEET = """name = "sheet"
+viewing_distance_mm = 300
+[panel]
+width_px = 96
+height_px = 72
+pitch_mm = 0.4
+[[layer]]
+position_mm = 0
+d0_mm = 4
+[layer.lenticular]
+subpixels_per_lens = 14.1
+slant = 0.1667
+views = 9
+"""
+
+PLANES = """name = "planes"
+viewing_distance_mm = 400
+shear = false
+[panel]
+width_px = 117
+height_px = 101
+pitch_mm = 0.4
+[varifocal]
+planes = 2
+depth_mm = 40
+relay_focal_mm = 500
+[[layer]]
+d0_mm = 5
+[layer.lenslets]
+lattice = "hexagonal"
+pitch_px = 9
+rays = 4
+"""
+
+
 class CalibrateTest(SystemTest):
     def setUp(self):
         super().setUp()
@@ -69,6 +104,39 @@ class CalibrateTest(SystemTest):
         reported = run("calibrate", "report", self.patterns, self.dir / "taken" / "images", "--out", page)
         self.assertEqual(reported.code, 4, reported.err)
         self.assertEqual(page.read_text(), (self.dir / "calibration.report.html").read_text())
+
+    def solve_with_cameras(self, display, eyes, raster, exposure):
+        """Of a display with lenses, photographed as designed: refused for want of positions, with its page."""
+        (self.dir / "lenses.toml").write_text(display)
+        made = run("calibrate", "patterns", self.dir / "lenses.toml", "--mode", "precise", "--no-board",
+                   "--out", self.dir / "lenses")
+        self.assertEqual(made.code, 0, made.err)
+        taken = run("synth", "photos", "--display", self.dir / "lenses.toml", "--shots",
+                    self.dir / "lenses" / "shots.json", f"--eyes={eyes}", f"--raster={raster}", "--samples", "2",
+                    "--blur-px", "0.7", "--exposure", exposure, "--bits", "12", "--out", self.dir / "seen")
+        self.assertEqual(taken.code, 0, taken.err)
+        given = (self.dir / "lenses", self.dir / "seen" / "images", "--cameras", self.dir / "seen" / "transforms.json")
+        solved = run("calibrate", "solve", *given, "--out", self.dir / "lenses.json")
+        self.assertEqual(solved.code, 4, solved.out + solved.err)
+        self.assertFalse((self.dir / "lenses.json").exists())
+        reported = run("calibrate", "report", *given, "--out", self.dir / "page.html")
+        self.assertEqual(reported.code, 4, reported.err)
+        page = (self.dir / "lenses.report.html").read_text()
+        self.assertEqual((self.dir / "page.html").read_text(), page)
+        self.assertIn("Not certain: there is no calibration", page)
+        return (self.dir / "lenses.report.txt").read_text(), page
+
+    def test_a_sheet_has_a_page(self):
+        text, page = self.solve_with_cameras(SHEET, "-70,20,310", "-21,16,0.2,210,160", "0.27")
+        for words in (text, page):
+            self.assertIn("there is one camera position only", words)
+        self.assertIn("orange ring: where a further position", page)
+
+    def test_planes_have_a_page(self):
+        text, page = self.solve_with_cameras(PLANES, "60,15,400;-60,-20,390", "-27,23.2,0.4,135,116", "1.6")
+        self.assertIn("2 planes are in 2 or 3 views only", text)
+        for words in ("2 planes are in 2 or 3 views only", "Depth less the designed one"):
+            self.assertIn(words, page)
 
     def test_mistakes_get_one_line(self):
         (self.dir / "empty").mkdir()
