@@ -52,11 +52,10 @@ std::string PageTable(const std::vector<std::string>& columns,
 
 std::string PageVerdict(bool accepted,
                         const std::vector<std::pair<std::string, std::string>>& facts) {
-  std::string html =
-      fmt::format("<section class=\"card verdict{}\">\n<p><strong>{}</strong></p>\n<dl>\n",
-                  accepted ? "" : " open",
-                  accepted ? "Certain enough: the calibration was written."
-                           : "Not certain: there is no calibration, only this report.");
+  std::string html = fmt::format(
+      "<section class=\"card verdict{}\">\n<p><strong>{}</strong></p>\n<dl>\n",
+      accepted ? "" : " open",
+      accepted ? "Certain enough for a calibration." : "Not certain enough for a calibration.");
   for (const auto& [name, value] : facts) {
     html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", EscapedHtml(name), EscapedHtml(value));
   }

@@ -153,7 +153,7 @@ TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
   // The page says how well each plane is known, here not well enough.
   const std::string page = VarifocalPage(solved);
   EXPECT_FALSE(report.accepted());
-  EXPECT_THAT(page, HasSubstr("Not certain: there is no calibration, only this report."));
+  EXPECT_THAT(page, HasSubstr("Not certain enough for a calibration."));
   for (const CalibratedPlane& plane : report.planes) {
     EXPECT_THAT(page,
                 HasSubstr(fmt::format("{:.4f} ± {:.4f}", plane.display_from_plane.translation.z(),
