@@ -175,10 +175,12 @@ CalibrationReport Calibrate(const Observations& given, const Calibration& design
   Check(design, kSolveWhere);
   const Observations all = Sorted(given);
   const Structure structure = StructureOf(all, design);
-  const Fit first = Solve(Initialise(all, structure), structure, all, {});
+  const CalibrationState start = Initialise(all, structure);
+  const Fit first = Solve(start, structure, all, {});
   const ClearOfEdges clear = WithoutPanelEdges(first.state, structure, all);
   const Observations& observations = clear.observations;
-  Selection selection = SelectGroups(first.state, structure, observations, options.eye_box);
+  // From the start again: where panels are scaled, the first solution, without shapes, lies aside.
+  Selection selection = SelectGroups(start, structure, observations, options.eye_box);
   const Fit& fit = selection.fit;
 
   CalibrationReport report;

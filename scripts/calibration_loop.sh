@@ -122,12 +122,12 @@ fi
 met=0 refused=0 missed=0
 for ((seed = first; seed < first + trials; ++seed)); do
   code=0
-  trial "$seed" "$work/$seed" > "$work/log" 2>&1 || code=$?
+  trial "$seed" "$work/$seed" > "$work/log" 2> "$work/errors" || code=$?
   if ((code == 4)); then
     refused=$((refused + 1))
-    echo "seed $seed refused: $(tail -1 "$work/log")"
+    echo "seed $seed refused: $(tail -1 "$work/errors")"
   elif ((code != 0)); then
-    tail -1 "$work/log" >&2
+    tail -1 "$work/errors" >&2
     exit "$code"
   else
     gap=$(figure gap_error_mm "$seed") rotation=$(figure rotation_error_deg "$seed")
