@@ -15,6 +15,8 @@
 namespace lamella {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 constexpr int kNewestVersion = 3;
 constexpr int kMaxSide = 1 << 15;
 constexpr std::size_t kMaxCells = 10;  // of the device's own shader
@@ -117,7 +119,6 @@ VisualJson ReadVisualJson(const std::filesystem::path& path) {
 }
 
 void WriteVisualJson(const std::filesystem::path& path, const VisualJson& visual) {
-  using Json = nlohmann::ordered_json;
   const auto number = [](double value) { return Json{{"value", value}}; };
   const LookingGlass& panel = visual.panel;
   Json json = {{"configVersion", "3.0"},

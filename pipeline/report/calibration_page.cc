@@ -104,7 +104,7 @@ std::string PanelsDeviations(const CalibrationReport& report) {
   for (const ParameterDeviation& deviation : report.deviations) {
     rows.push_back({deviation.name, fmt::format("{:.3g} {}", deviation.sd, deviation.unit)});
   }
-  return PageSection("Standard deviations", PageTable({"parameter", "deviation"}, rows));
+  return PageSection("Standard deviations", HtmlTable({"parameter", "deviation"}, rows));
 }
 
 }  // namespace

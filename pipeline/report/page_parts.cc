@@ -43,7 +43,7 @@ std::string PageDrawings(const std::vector<CaptionedDrawing>& drawings) {
   return html + "</div>\n";
 }
 
-std::string PageTable(const std::vector<std::string>& columns,
+std::string HtmlTable(const std::vector<std::string>& columns,
                       const std::vector<std::vector<std::string>>& rows, LastColumn last) {
   std::string html = "<div class=\"scroll\"><table>\n" + TableRow("th", columns, last);
   for (const std::vector<std::string>& row : rows) html += TableRow("td", row, last);
@@ -85,7 +85,7 @@ std::string PageGroups(const std::string& title, const std::vector<GroupVerdict>
   for (const GroupVerdict& verdict : groups) {
     rows.push_back({verdict.group, verdict.freed ? "freed" : "as designed", verdict.reason});
   }
-  return PageSection(title, PageTable({"parameters", "", "why"}, rows, LastColumn::kWords));
+  return PageSection(title, HtmlTable({"parameters", "", "why"}, rows, LastColumn::kWords));
 }
 
 std::string CalibrationHtml(const std::string& display, std::size_t num_photos,

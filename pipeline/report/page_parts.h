@@ -19,7 +19,7 @@ struct CaptionedDrawing {
 std::string PageDrawings(const std::vector<CaptionedDrawing>& drawings);
 
 enum class LastColumn { kNumbers, kWords };
-std::string PageTable(const std::vector<std::string>& columns,
+std::string HtmlTable(const std::vector<std::string>& columns,
                       const std::vector<std::vector<std::string>>& rows,
                       LastColumn last = LastColumn::kNumbers);
 

@@ -94,7 +94,7 @@ std::string SheetsPositions(const SolvedSheets& solved) {
                       fmt::format("{:.3f}", fit.rms_px)});
     }
   }
-  return PageTable({"position", "camera, mm before the sheet", "samples used", "of", "RMS px"},
+  return HtmlTable({"position", "camera, mm before the sheet", "samples used", "of", "RMS px"},
                    rows);
 }
 
@@ -196,7 +196,7 @@ std::string SheetsNumbers(const SolvedSheets& solved) {
                     "a fraction of a lens", "0"});
   }
   return PageSection("Parameters",
-                     PageTable({"parameter", "measured", "standard deviation", "designed"}, rows));
+                     HtmlTable({"parameter", "measured", "standard deviation", "designed"}, rows));
 }
 
 }  // namespace

@@ -184,7 +184,7 @@ std::string PlaneTable(const VarifocalReport& report) {
          fmt::format("{} of {}", report.planes_fit[i].num_used, report.planes_fit[i].num_points)});
   }
   return PageSection("Parameters",
-                     PageTable({"plane", "depth, mm", "magnification", "tilt x, degrees", "tilt y",
+                     HtmlTable({"plane", "depth, mm", "magnification", "tilt x, degrees", "tilt y",
                                 "rotation", "views", "points"},
                                rows));
 }
