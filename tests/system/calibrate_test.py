@@ -123,7 +123,7 @@ class CalibrateTest(SystemTest):
         self.assertEqual(reported.code, 4, reported.err)
         page = (self.dir / "lenses.report.html").read_text()
         self.assertEqual((self.dir / "page.html").read_text(), page)
-        self.assertIn("Not certain: there is no calibration", page)
+        self.assertIn("Not certain enough for a calibration", page)
         return (self.dir / "lenses.report.txt").read_text(), page
 
     def test_a_sheet_has_a_page(self):
