@@ -329,7 +329,7 @@ TEST(CalibrateSheets, SaysWhatAFewHexagonalLensesAreWorth) {
   EXPECT_THAT(solved.failures()[0].lost,
               HasSubstr("layer 0: lenses at the panel's edge are known"));
   EXPECT_THAT(DescribeSheets(solved), HasSubstr("NOT certain"));
-  EXPECT_THAT(SheetsPage(solved), HasSubstr("Not certain: there is no calibration"));
+  EXPECT_THAT(SheetsPage(solved), HasSubstr("Not certain enough for a calibration"));
   const double sd = solved.sheets[0].report.drift_max_px;
   EXPECT_LT(sd, 0.06);
   EXPECT_LT(LargestRayDifference(taken, solved.calibration), 3 * sd);
