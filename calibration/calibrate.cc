@@ -179,7 +179,8 @@ CalibrationReport Calibrate(const Observations& given, const Calibration& design
   const Fit first = Solve(start, structure, all, {});
   const ClearOfEdges clear = WithoutPanelEdges(first.state, structure, all);
   const Observations& observations = clear.observations;
-  // From the start again: where panels are scaled, the first solution, without shapes, lies aside.
+  // From the start again: from where a solution without shapes settled, one with them may not find
+  // back.
   Selection selection = SelectGroups(start, structure, observations, options.eye_box);
   const Fit& fit = selection.fit;
 
