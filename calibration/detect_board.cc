@@ -21,8 +21,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-constexpr int kMostHalfWindow = 9, kLeastHalfWindow = 4, kMarkerMargin = 2;
-constexpr double kRatio = 10;  // of markers, between the board and anything else
+constexpr int kMostHalfWindow = 13, kLeastHalfWindow = 4;
+constexpr double kOfNearestMarker = 0.75;  // a corner on the window's diagonal weighs 0.01
+constexpr double kRatio = 10;              // of markers, between the board and anything else
 constexpr int kLeastMarkers = 4;
 constexpr double kMostOff = 0.3;    // squares, of a neighbouring marker from where it should be
 constexpr double kMostMoved = 0.1;  // squares, of a corner by its refinement; at least 3 px
@@ -127,7 +128,7 @@ double BlurAround(ImageSpan<const float> grey, const Vector2d& corner, int reach
 
 std::optional<Saddle> CornerNear(ImageSpan<const float> grey,
                                  const std::vector<const Placed*>& beside, int i, int j,
-                                 double noise) {
+                                 const NoiseCurve& noise) {
   Vector2d start(0, 0);
   double nearest = std::numeric_limits<double>::infinity(), square_px = 0;
   for (const Placed* marker : beside) {
@@ -139,8 +140,7 @@ std::optional<Saddle> CornerNear(ImageSpan<const float> grey,
       nearest = std::min(nearest, (corner - start).norm());
     }
   }
-  const int half_window =
-      std::min(kMostHalfWindow, static_cast<int>(std::floor(nearest)) - kMarkerMargin);
+  const int half_window = std::min(kMostHalfWindow, static_cast<int>(kOfNearestMarker * nearest));
   if (half_window < kLeastHalfWindow) return std::nullopt;
   auto saddle = RefineSaddle(grey, start, half_window, noise);
   if (saddle && (saddle->position_px - start).norm() > std::max(3.0, kMostMoved * square_px)) {
@@ -166,7 +166,7 @@ PlacedMarkers PlaceAll(const std::vector<FoundMarker>& found, const CharucoBoard
 class Reader {
  public:
   Reader(ImageSpan<const float> grey, const CharucoBoard& board, PlacedMarkers markers,
-         double noise, double least_contrast)
+         const NoiseCurve& noise, double least_contrast)
       : grey_(grey),
         board_(board),
         markers_(std::move(markers)),
@@ -247,7 +247,8 @@ class Reader {
   ImageSpan<const float> grey_;
   const CharucoBoard& board_;
   PlacedMarkers markers_;
-  double noise_, least_contrast_;
+  const NoiseCurve& noise_;
+  double least_contrast_;
   std::vector<std::optional<Saddle>> corners_;
 };
 
@@ -329,10 +330,12 @@ BoardSighting SightingOf(ImageSpan<const float> grey, const BoardCandidate& cand
 std::optional<BoardSighting> DetectBoard(ImageSpan<const float> grey,
                                          const std::vector<CharucoBoard>& boards) {
   constexpr double kLeastContrastOfBright = 0.06, kLeastContrastOfNoise = 10;
-  const double noise = EstimateNoise(grey), bright = BrightLevel(grey);
+  const NoiseCurve noise(grey);
+  const double bright = BrightLevel(grey);
   const double least_contrast =
-      std::max(kLeastContrastOfBright * bright, kLeastContrastOfNoise * noise);
-  std::vector<BoardCandidate> candidates = FindCandidates(Codes(grey, bright, noise), boards);
+      std::max(kLeastContrastOfBright * bright, kLeastContrastOfNoise * noise.median());
+  std::vector<BoardCandidate> candidates =
+      FindCandidates(Codes(grey, bright, noise.median()), boards);
   const auto most = std::max_element(candidates.begin(), candidates.end(),
                                      [](const BoardCandidate& a, const BoardCandidate& b) {
                                        return a.markers.size() < b.markers.size();

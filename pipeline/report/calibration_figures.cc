@@ -159,13 +159,24 @@ std::string DirectionFigure(const std::vector<CameraDirection>& cameras, const E
   return drawing.Done();
 }
 
+std::vector<FitOf> InTheMean(std::vector<FitOf> fits, const std::vector<FitOf>& all) {
+  double chi2 = 0, used = 0;
+  for (const FitOf& fit : all) {
+    chi2 += fit.chi2 * fit.num_used;
+    used += fit.num_used;
+  }
+  if (!(chi2 > 0)) return fits;
+  for (FitOf& fit : fits) fit.chi2 *= used / chi2;
+  return fits;
+}
+
 std::string Chi2Figure(const std::vector<FitOf>& fits) {
   constexpr double kLeft = 150, kRight = 54, kRow = 26;
   double most = 1.2 * kMostChi2Drawn;
   for (const FitOf& fit : fits) most = std::max(most, fit.chi2);
   const double scale = (kFigureWidth - kLeft - kRight) / most;
   const double height = kRow * static_cast<double>(fits.size());
-  SvgDrawing drawing(kFigureWidth, height, "Chi squared per degree of freedom");
+  SvgDrawing drawing(kFigureWidth, height, "Chi squared in the mean of all");
   drawing.Rectangle(kLeft + scale * kLeastChi2Drawn, 0, scale * (kMostChi2Drawn - kLeastChi2Drawn),
                     height, "fill=\"var(--line)\" fill-opacity=\"0.5\"");
   for (std::size_t i = 0; i < fits.size(); ++i) {

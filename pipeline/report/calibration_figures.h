@@ -41,7 +41,10 @@ Eigen::Vector2d DirectionTo(const Eigen::Vector3d& point_mm);
 std::string DirectionFigure(const std::vector<CameraDirection>& cameras, const EyeBox& eyes,
                             const std::optional<Eigen::Vector2d>& next_degrees);
 
-// chi^2 per degree of freedom of each.
+// With chi^2 in units of the mean of `all`, by which it is judged: photographs that are noisier than
+// they look make all of it large, and standard deviations with it.
+std::vector<FitOf> InTheMean(std::vector<FitOf> fits, const std::vector<FitOf>& all);
+// chi^2 of each, in the mean of all.
 std::string Chi2Figure(const std::vector<FitOf>& fits);
 // The band that is neither too good nor too bad; calibration.md section 7.
 inline constexpr double kLeastChi2Drawn = 0.7, kMostChi2Drawn = 1.5;

@@ -91,11 +91,14 @@ std::string PanelsViews(const CalibrationReport& report) {
   const std::string next = DescribeNextView(report);
   note += next.empty() ? "none, no place shows all panels at once."
                        : "the photographs that would help most, " + next + ".";
+  note += " Chi squared is in the mean of the panels'.";
   return PageSection(
       "Camera positions",
-      PageNote(note) + PageDrawings({{"Directions", PanelsDirections(report)},
-                                     {"Chi squared of views", Chi2Figure(report.views_fit)},
-                                     {"Chi squared of panels", Chi2Figure(report.panels)}}));
+      PageNote(note) +
+          PageDrawings(
+              {{"Directions", PanelsDirections(report)},
+               {"Chi squared of views", Chi2Figure(InTheMean(report.views_fit, report.panels))},
+               {"Chi squared of panels", Chi2Figure(InTheMean(report.panels, report.panels))}}));
 }
 
 std::string PanelsDeviations(const CalibrationReport& report) {

@@ -65,18 +65,6 @@ std::string PlanesDirections(const VarifocalReport& report) {
   return DirectionFigure(cameras, report.limits.eye_box, std::nullopt);
 }
 
-// In the mean of the planes', by which they are judged.
-std::vector<FitOf> InTheMean(std::vector<FitOf> fits, const VarifocalReport& report) {
-  double chi2 = 0, used = 0;
-  for (const FitOf& plane : report.planes_fit) {
-    chi2 += plane.chi2 * plane.num_used;
-    used += plane.num_used;
-  }
-  if (!(chi2 > 0)) return fits;
-  for (FitOf& fit : fits) fit.chi2 *= used / chi2;
-  return fits;
-}
-
 std::string PlanesViews(const VarifocalReport& report) {
   return PageSection(
       "Camera positions",
@@ -86,9 +74,9 @@ std::string PlanesViews(const VarifocalReport& report) {
           "is the angle between positions, {:.1f} degrees at most: further ones help most as far "
           "aside as planes are seen from. Chi squared is in the mean of the planes'.",
           report.view_angles_deg)) +
-          PageDrawings(
-              {{"Directions", PlanesDirections(report)},
-               {"Chi squared of views", Chi2Figure(InTheMean(report.views_fit, report))}}));
+          PageDrawings({{"Directions", PlanesDirections(report)},
+                        {"Chi squared of views",
+                         Chi2Figure(InTheMean(report.views_fit, report.planes_fit))}}));
 }
 
 // A number of every plane.
@@ -129,7 +117,7 @@ std::string PlaneFigures(const SolvedVarifocal& solved) {
     off.sds = depth_sds.values;
     drawings.push_back({off.label, PlaneLineFigure(off)});
   }
-  const std::vector<FitOf> fits = InTheMean(report.planes_fit, report);
+  const std::vector<FitOf> fits = InTheMean(report.planes_fit, report.planes_fit);
   const PlaneSeries chi2 = SeriesOf(report, "Chi squared of planes, in their mean", "",
                                     [&](std::size_t i) { return fits[i].chi2; });
   drawings.push_back({chi2.label, PlaneColumnFigure(chi2, kLeastChi2Drawn, kMostChi2Drawn)});

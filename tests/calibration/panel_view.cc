@@ -14,6 +14,9 @@
 namespace lamella {
 namespace {
 
+constexpr int kFine = 2;  // fine pixels along a side of a pixel
+constexpr unsigned kSamples = 16, kSamplesOfEdges = 1024;
+
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -69,6 +72,16 @@ void BlurAlong(Image<float>& image, double sigma, bool along_x) {
   }
 }
 
+Image<float> OfPixels(const Image<float>& fine) {
+  Image<float> light(fine.width() / kFine, fine.height() / kFine);
+  for (int y = 0; y < fine.height(); ++y) {
+    for (int x = 0; x < fine.width(); ++x) {
+      light(x / kFine, y / kFine) += fine(x, y) / (kFine * kFine);
+    }
+  }
+  return light;
+}
+
 }  // namespace
 
 PanelView::PanelView(int panel_width_px, int panel_height_px, const PanelViewOptions& options)
@@ -79,22 +92,20 @@ PanelView::PanelView(int panel_width_px, int panel_height_px, const PanelViewOpt
       panel_from_image_(image_from_panel_.inverse()) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shift(0, 1);
-  seen_.reserve(static_cast<std::size_t>(options.width_px) *
-                static_cast<std::size_t>(options.height_px) * kSamples);
-  for (int y = 0; y < options.height_px; ++y) {
-    for (int x = 0; x < options.width_px; ++x) {
-      const double dx = shift(random), dy = shift(random);
-      for (unsigned i = 0; i < kSamples; ++i) {
-        const double sx = std::fmod(i / double{kSamples} + dx, 1.0);
-        const double sy = std::fmod(RadicalInverse(i) + dy, 1.0);
-        const Vector2d at = PanelFromImage({x + sx, y + sy});
-        const bool inside =
-            at.x() >= 0 && at.y() >= 0 && at.x() < panel_width_ && at.y() < panel_height_;
-        seen_.push_back(inside ? static_cast<int>(at.y()) * panel_width_ + static_cast<int>(at.x())
-                               : -1);
-      }
-    }
-  }
+  shifts_.resize(static_cast<std::size_t>(kFine * options.width_px) *
+                 static_cast<std::size_t>(kFine * options.height_px));
+  for (Vector2d& at : shifts_) at = {shift(random), shift(random)};
+}
+
+std::int32_t PanelView::Seen(int x, int y, unsigned i, unsigned n) const {
+  const Vector2d& shift =
+      shifts_[static_cast<std::size_t>(y) * static_cast<std::size_t>(kFine * options_.width_px) +
+              static_cast<std::size_t>(x)];
+  const Vector2d within(std::fmod(i / static_cast<double>(n) + shift.x(), 1.0),
+                        std::fmod(RadicalInverse(i) + shift.y(), 1.0));
+  const Vector2d at = PanelFromImage((Vector2d(x, y) + within) / kFine);
+  const bool inside = at.x() >= 0 && at.y() >= 0 && at.x() < panel_width_ && at.y() < panel_height_;
+  return inside ? static_cast<int>(at.y()) * panel_width_ + static_cast<int>(at.x()) : -1;
 }
 
 Vector2d PanelView::ImageFromPanel(const Vector2d& panel_px) const {
@@ -106,23 +117,28 @@ Vector2d PanelView::PanelFromImage(const Vector2d& image_px) const {
 }
 
 Image<float> PanelView::Photograph(ImageSpan<const Rgb8> codes) const {
-  Image<float> light(options_.width_px, options_.height_px);
-  std::size_t sample = 0;
-  for (std::size_t i = 0; i < light.size(); ++i) {
+  const auto light_of = [&](std::int32_t pixel) {
+    if (pixel < 0) return 0.0;
+    return static_cast<double>(Srgb8ToLinear(codes(pixel % panel_width_, pixel / panel_width_).g));
+  };
+  const auto mean_of = [&](int x, int y, unsigned samples) {
     double sum = 0;
-    for (int k = 0; k < kSamples; ++k, ++sample) {
-      const std::int32_t pixel = seen_[sample];
-      if (pixel < 0) continue;
-      sum +=
-          static_cast<double>(Srgb8ToLinear(codes(pixel % panel_width_, pixel / panel_width_).g));
+    for (unsigned i = 0; i < samples; ++i) sum += light_of(Seen(x, y, i, samples));
+    return sum / samples;
+  };
+  Image<float> fine(kFine * options_.width_px, kFine * options_.height_px);
+  for (int y = 0; y < fine.height(); ++y) {
+    for (int x = 0; x < fine.width(); ++x) {
+      const double mean = mean_of(x, y, kSamples);
+      const bool flat = mean == light_of(Seen(x, y, 0, kSamples));
+      fine(x, y) = static_cast<float>(flat ? mean : mean_of(x, y, kSamplesOfEdges));
     }
-    light.data()[i] = static_cast<float>(sum / kSamples);
   }
   if (options_.blur_px > 0) {
-    BlurAlong(light, options_.blur_px, true);
-    BlurAlong(light, options_.blur_px, false);
+    BlurAlong(fine, kFine * options_.blur_px, true);
+    BlurAlong(fine, kFine * options_.blur_px, false);
   }
-  return light;
+  return OfPixels(fine);
 }
 
 Image<float> Exposed(ImageSpan<const float> light, const PhotoNoise& noise, std::uint32_t seed) {
@@ -131,8 +147,9 @@ Image<float> Exposed(ImageSpan<const float> light, const PhotoNoise& noise, std:
   Image<float> numbers(light.width, light.height);
   for (int y = 0; y < light.height; ++y) {
     for (int x = 0; x < light.width; ++x) {
-      double number = noise.low + (noise.high - noise.low) * static_cast<double>(light(x, y)) +
-                      noise.sigma * normal(random);
+      const auto here = static_cast<double>(light(x, y));
+      double number = noise.low + (noise.high - noise.low) * here +
+                      std::sqrt(noise.sigma * noise.sigma + noise.shot * here) * normal(random);
       if (noise.rounded) number = std::round(255 * std::clamp(number, 0.0, 1.0)) / 255;
       numbers(x, y) = static_cast<float>(number);
     }

@@ -1,5 +1,7 @@
-// Photographs of a panel by a slow, obvious camera: every pixel is the mean of 64 lines of sight
-// through a homography to the panel's staircase of pixels, blurred by a Gaussian, with white noise.
+// Photographs of a panel by a slow, obvious camera: the light of pixels of a quarter of the size,
+// the mean of 16 lines of sight (of 256 where they do not all see one colour) through a homography
+// to the panel's staircase of pixels; spread by a Gaussian, as a lens does before there are pixels;
+// the mean over every pixel; white noise.
 #pragma once
 
 #include <cstdint>
@@ -35,11 +37,13 @@ class PanelView {
   const PanelViewOptions& options() const { return options_; }
 
  private:
-  static constexpr int kSamples = 64;
+  // The panel pixel that the i-th of n lines of sight of a fine pixel sees, or -1.
+  std::int32_t Seen(int x, int y, unsigned i, unsigned n) const;
+
   PanelViewOptions options_;
   int panel_width_, panel_height_;
   Eigen::Matrix3d image_from_panel_, panel_from_image_;
-  std::vector<std::int32_t> seen_;  // kSamples a pixel: which panel pixel, or -1
+  std::vector<Eigen::Vector2d> shifts_;  // of every fine pixel's lines of sight
 };
 
 // numbers = low + (high - low) light, plus white noise, rounded to codes of 8 bits where asked.
@@ -47,6 +51,7 @@ struct PhotoNoise {
   double low = 0.1, high = 0.9;
   double sigma = 2.0 / 255;
   bool rounded = true;
+  double shot = 0;  // variance that a unit of light adds
 };
 Image<float> Exposed(ImageSpan<const float> light, const PhotoNoise& noise, std::uint32_t seed);
 

@@ -177,7 +177,7 @@ std::vector<Observation> OwnCorners(const cv::Mat& photo, const std::vector<cv::
   for (std::size_t i = 0; i < grey.size(); ++i) {
     grey.data()[i] = static_cast<float>(photo.data[i]) / 255;
   }
-  const double noise = EstimateNoise(grey.span());
+  const NoiseCurve noise(grey.span());
   std::vector<Observation> points;
   for (const cv::Point2f& corner : corners) {
     const auto saddle = RefineSaddle(grey.span(), InOurPixels(corner), 5, noise);
