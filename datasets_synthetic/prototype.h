@@ -57,8 +57,8 @@ struct PrototypeCamera {
   double focus_mm = 0;        // along the optical axis to the sharp plane; used with an aperture
   double vignetting = 0;  // share of light lost in the corners: 1 - v r^2, r = 1 half a diagonal
                           // from the principal point
-  double blur_px = 0;  // sigma of the Gaussian by which the lens spreads light: before there are
-                       // pixels, so that half pixels are exposed and spread
+  double blur_px = 0;     // sigma of the Gaussian by which the lens spreads light: before there are
+                          // pixels, so that half pixels are exposed and spread
 };
 
 // The linear light on the camera's pixels, each the mean over its area, the pupil and the time
