@@ -52,17 +52,18 @@ double NoiseOf(std::vector<Neighbourhood>& around) {
 
 }  // namespace
 
-NoiseCurve::NoiseCurve(ImageSpan<const float> image) : median_(kCodeNoise) {
+NoiseCurve::NoiseCurve(ImageSpan<const float> image) : median_deviation_(kCodeNoise) {
   constexpr int kBins = 16, kFewestOfABin = 200;
   constexpr double kRare = 1e-3;      // brighter than that: glints and hot pixels
   constexpr double kFlat = 1.0 / 20;  // of the picture's range, per pixel
   std::vector<Neighbourhood> around = NeighbourhoodsOf(image);
   if (around.empty()) return;
-  median_ = NoiseOf(around);
+  median_deviation_ = NoiseOf(around);
   const double low = Quantile(around, kRare, &Neighbourhood::grey);
   const double range = Quantile(around, 1 - kRare, &Neighbourhood::grey) - low;
   // An oblique edge would be noise. Gradients are odd and the difference is even: of white noise
-  // they are independent, so that to choose by one does not bias the other.
+  // they are independent, so that to choose by one does not bias the other. (The mean is not quite:
+  // by 1/9, which a bin's width hides.)
   std::vector<std::vector<Neighbourhood>> flat(kBins);
   for (const Neighbourhood& one : around) {
     const double level = range > 0 ? (static_cast<double>(one.grey) - low) / range : 0;
@@ -77,7 +78,7 @@ NoiseCurve::NoiseCurve(ImageSpan<const float> image) : median_(kCodeNoise) {
 }
 
 double NoiseCurve::VarianceAt(double grey) const {
-  if (levels_.empty()) return median_ * median_;
+  if (levels_.empty()) return median_deviation_ * median_deviation_;
   const auto above = std::lower_bound(levels_.begin(), levels_.end(), grey,
                                       [](const Level& a, double b) { return a.grey < b; });
   if (above == levels_.begin()) return above->variance;

@@ -15,15 +15,15 @@ class NoiseCurve {
   explicit NoiseCurve(ImageSpan<const float> image);
 
   double VarianceAt(double grey) const;
-  // Standard deviation of all of the photograph, which may be dark for the most part.
-  double median() const { return median_; }
+  // Of all of the photograph, which may be dark for the most part.
+  double MedianDeviation() const { return median_deviation_; }
 
  private:
   struct Level {
     double grey, variance;
   };
   std::vector<Level> levels_;  // by grey, rising; linear between, constant beyond
-  double median_;
+  double median_deviation_;
 };
 
 }  // namespace lamella

@@ -12,7 +12,7 @@ namespace lamella {
 
 struct Saddle {
   Eigen::Vector2d position_px;     // the first pixel's centre is (0.5, 0.5)
-  Eigen::Matrix2d covariance_px2;  // calibration.md section 4
+  Eigen::Matrix2d covariance_px2;  // of the noise, to first order
 };
 
 // The point c that every gradient g near it points across, sum w g g^T (x - c) = 0 (Foerstner and

@@ -468,7 +468,7 @@ Image<Rgb> Spread(const Image<Rgb>& image, const std::vector<float>& half_kernel
   return spread;
 }
 
-Image<Rgb> Blurred(const Image<Rgb>& image, double sigma_px) {
+Image<Rgb> Blurred(Image<Rgb> image, double sigma_px) {
   std::vector<double> half = {1};
   double total = 1;
   for (int k = 1; k <= static_cast<int>(std::ceil(4 * sigma_px)); ++k) {
@@ -477,7 +477,8 @@ Image<Rgb> Blurred(const Image<Rgb>& image, double sigma_px) {
   }
   std::vector<float> kernel;
   for (const double weight : half) kernel.push_back(ToFloat(weight / total));
-  return Spread(Spread(image, kernel, true), kernel, false);
+  image = Spread(image, kernel, true);
+  return Spread(image, kernel, false);
 }
 
 // Pixels of `image` in squares of `side`, each square's mean.
@@ -490,10 +491,10 @@ Image<Rgb> Means(const Image<Rgb>& image, int side) {
   return means;
 }
 
-// As many lines of sight for `side` x `side` pixels as `samples` says; progress, by `side` rows.
+// `samples` lines of sight for `side` x `side` pixels, rounded up; progress, by `side` rows.
 Image<Rgb> Expose(const Prototype& prototype, const PrototypeCamera& camera, int samples, int side,
                   Progress& progress) {
-  const Exposing exposing(prototype, camera, std::max(1, samples / (side * side)));
+  const Exposing exposing(prototype, camera, (samples + side * side - 1) / (side * side));
   Image<Rgb> photograph(camera.camera.width, camera.camera.height);
   const int height = photograph.height();
   constexpr int kRows = Exposing::kBlock;

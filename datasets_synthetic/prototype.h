@@ -57,15 +57,15 @@ struct PrototypeCamera {
   double focus_mm = 0;        // along the optical axis to the sharp plane; used with an aperture
   double vignetting = 0;  // share of light lost in the corners: 1 - v r^2, r = 1 half a diagonal
                           // from the principal point
-  double blur_px = 0;     // sigma of the Gaussian by which the lens spreads light: before there are
-                          // pixels, so that half pixels are exposed and spread
+  double blur_px = 0;     // sigma of the Gaussian by which the lens spreads light, a quarter px or
+                          // more: before there are pixels, so that half pixels are spread
 };
 
 // The linear light on the camera's pixels, each the mean over its area, the pupil and the time
-// slots, of `samples` lines of sight (powers of two are the most exact). The layers' light is
-// summed. A pinhole's lines of sight through panels without lenses turn evenly over a few pixels:
-// there a block's corners are traced and those between them follow, where the middle one agrees to
-// 1e-3 px of the panels; what sees one colour at all corners is that colour.
+// slots, of `samples` lines of sight (powers of two are the most exact; four at least with a blur).
+// The layers' light is summed. A pinhole's lines of sight through panels without lenses turn evenly
+// over a few pixels: there a block's corners are traced and those between them follow, where the
+// middle one agrees to 1e-3 px of the panels; what sees one colour at all corners is that colour.
 // Does not depend on the number of threads. `progress` advances by one per row.
 // UsageError where the camera is not in front of every layer; InputError where what is shown does
 // not fit the calibration.

@@ -165,7 +165,8 @@ std::vector<FitOf> InTheMean(std::vector<FitOf> fits, const std::vector<FitOf>& 
     chi2 += fit.chi2 * fit.num_used;
     used += fit.num_used;
   }
-  if (!(chi2 > 0)) return fits;
+  constexpr double kRoundingChi2 = 1e-4;  // of photographs without noise
+  if (!(chi2 > kRoundingChi2 * used)) return fits;
   for (FitOf& fit : fits) fit.chi2 *= used / chi2;
   return fits;
 }

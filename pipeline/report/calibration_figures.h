@@ -41,8 +41,8 @@ Eigen::Vector2d DirectionTo(const Eigen::Vector3d& point_mm);
 std::string DirectionFigure(const std::vector<CameraDirection>& cameras, const EyeBox& eyes,
                             const std::optional<Eigen::Vector2d>& next_degrees);
 
-// With chi^2 in units of the mean of `all`, by which it is judged: photographs that are noisier
-// than they look make all of it large, and standard deviations with it.
+// With chi^2 in units of the mean of `all`: photographs that are noisier than they look make all of
+// it large, and standard deviations with it.
 std::vector<FitOf> InTheMean(std::vector<FitOf> fits, const std::vector<FitOf>& all);
 // chi^2 of each, in the mean of all.
 std::string Chi2Figure(const std::vector<FitOf>& fits);

@@ -29,7 +29,7 @@ TEST(NoiseCurve, IsThatOfTheFlatParts) {
   const Image<float> light = LightOfABoard();
   for (const double sigma : {2.0 / 255, 8.0 / 255}) {
     const NoiseCurve noise(Exposed(light.span(), {0.1, 0.9, sigma, false}, 3).span());
-    EXPECT_NEAR(noise.median() / sigma, 1, 0.05);
+    EXPECT_NEAR(noise.MedianDeviation() / sigma, 1, 0.05);
     for (const double grey : {0.0, 0.1, 0.5, 0.9, 1.0}) {
       EXPECT_NEAR(std::sqrt(noise.VarianceAt(grey)) / sigma, 1, 0.1) << grey;
     }
@@ -39,7 +39,7 @@ TEST(NoiseCurve, IsThatOfTheFlatParts) {
 TEST(NoiseCurve, GrowsWithLight) {
   const PhotoNoise put{0.05, 0.85, 2.0 / 255, false, 4e-4};
   const NoiseCurve noise(Exposed(LightOfABoard().span(), put, 3).span());
-  EXPECT_NEAR(noise.median() * 255, 2, 0.3);  // the room is dark
+  EXPECT_NEAR(noise.MedianDeviation() * 255, 2, 0.3);  // the room is dark
   for (const double light : {0.0, 0.5, 1.0}) {
     const double sigma = std::sqrt(put.sigma * put.sigma + put.shot * light);
     EXPECT_NEAR(std::sqrt(noise.VarianceAt(0.05 + 0.8 * light)) / sigma, 1, 0.1) << light;

@@ -14,12 +14,12 @@
 namespace lamella {
 namespace {
 
-constexpr int kFine = 2;  // fine pixels along a side of a pixel
-constexpr unsigned kSamples = 16, kSamplesOfEdges = 1024;
-
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+constexpr int kFine = 2;  // fine pixels along a side of a pixel
+constexpr unsigned kSamples = 16, kSamplesOfEdges = 256;
 
 Vector2d Mapped(const Matrix3d& h, const Vector2d& point) {
   return (h * point.homogeneous()).hnormalized();

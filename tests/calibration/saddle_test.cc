@@ -99,7 +99,7 @@ TEST(RefineSaddle, IsWithinAFewHundredthsOfAPixel) {
 // White noise; next to none, where what a corner's place between pixels does to it would show; and
 // light's own noise, in a photograph that is dark for the most part.
 TEST(RefineSaddle, KnowsItsCovariance) {
-  for (const int half_window : {5, 9}) {
+  for (const int half_window : {5, 13}) {
     for (const PhotoNoise& noise :
          {PhotoNoise{0.1, 0.9, 5.0 / 255, false}, PhotoNoise{0.1, 0.9, 1.0 / 255, true},
           PhotoNoise{0, 0.9, 0.5 / 255, true, 3e-4}}) {
