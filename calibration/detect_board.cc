@@ -111,11 +111,11 @@ std::vector<const Placed*> MarkersBeside(const PlacedMarkers& markers, int i, in
 // sigma of the edges' Gaussian near a corner: a step C is C/(sqrt(2 pi) sigma) steep. The central
 // difference adds 1/3, the pixel 1/12 to sigma^2.
 double BlurAround(ImageSpan<const float> grey, const Vector2d& corner) {
-  constexpr int reach = 9;
+  constexpr int kReach = 9;
   const int x0 = static_cast<int>(corner.x()), y0 = static_cast<int>(corner.y());
   float low = 1e9F, high = -1e9F, steepest = 0;
-  for (int y = std::max(1, y0 - reach); y <= std::min(grey.height - 2, y0 + reach); ++y) {
-    for (int x = std::max(1, x0 - reach); x <= std::min(grey.width - 2, x0 + reach); ++x) {
+  for (int y = std::max(1, y0 - kReach); y <= std::min(grey.height - 2, y0 + kReach); ++y) {
+    for (int x = std::max(1, x0 - kReach); x <= std::min(grey.width - 2, x0 + kReach); ++x) {
       low = std::min(low, grey(x, y));
       high = std::max(high, grey(x, y));
       steepest = std::max(

@@ -11,7 +11,8 @@
 
 namespace lamella {
 
-// Within this of an edge the window that a corner is refined in, 13 px to each side, may be cut.
+// Within this of an edge the window that a corner is refined in, 13 px to each side
+// (kMostHalfWindow of detect_board.cc), may be cut.
 inline constexpr double kPanelEdgePx = 21;  // of the photograph: its diagonal and the edge's blur
 
 // The observations without the points that lie, in their photographs, beyond an edge of the other
