@@ -186,7 +186,9 @@ class CapturedScene : public RaySource {
   }
 
   double QueryBytes(int width, int height) const override {
-    return TargetDepthBytes(width, height);
+    double levels = 0;
+    for (const SourceView& view : views_) levels += view.color.BytesToCome();
+    return TargetDepthBytes(width, height) + levels;
   }
 
  private:

@@ -289,6 +289,13 @@ const ColorLevel& ColorPyramid::operator[](std::size_t level) const {
   return lazy.level;
 }
 
+double ColorPyramid::BytesToCome() const {
+  if (finest_ + 1 >= levels_.size()) return 0;
+  const Lazy& next = *levels_[finest_ + 1];
+  if (next.level.width > 0) return 0;
+  return static_cast<double>(sizeof(ColorLevel::Pixel)) * next.width * next.height;
+}
+
 int ColorExponent(float largest) {
   if (!(largest > 0) || !std::isfinite(largest)) return 0;
   int exponent = 0;

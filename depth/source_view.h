@@ -98,6 +98,8 @@ class ColorPyramid {
 
   std::size_t size() const { return levels_.size(); }
   const ColorLevel& operator[](std::size_t level) const;  // from any thread
+  // What the next level takes where it is not there yet; not while rays are asked for.
+  double BytesToCome() const;
 
  private:
   struct Lazy {

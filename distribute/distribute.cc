@@ -162,7 +162,8 @@ class Distributor {
         weights_(WeightsOf(display_, options)),
         beams_(EnclosingBeams(display_, maps_, options)),
         nodes_(NodesOf(display_, beams_, !maps_.empty(), options)),
-        strips_(StripsOf(display_, nodes_, source, !maps_.empty(), options.memory_gib * kGib)),
+        strips_(StripsOf(display_, nodes_, source, RowsAskew(display_, maps_),
+                         options.memory_gib * kGib)),
         samples_(Index(kNodesAtATime)),
         blur_(nodes_.planes_mm, display_.layers.size()),
         layers_(display_.layers.size()),
@@ -437,11 +438,12 @@ double LeastBytes(const RaySource& source, const Display& display, const LayersO
                   const Calibration* calibration) {
   const bool own_beams = calibration != nullptr;
   const Display as_it_is = own_beams ? AsCalibrated(display, *calibration) : display;
-  const std::vector<LayerBeams> beams =
-      EnclosingBeams(as_it_is, MapsOf(as_it_is, calibration), options);
+  const std::vector<CalibratedMap> maps = MapsOf(as_it_is, calibration);
+  const std::vector<LayerBeams> beams = EnclosingBeams(as_it_is, maps, options);
+  const std::optional<int> rows_askew = RowsAskew(as_it_is, maps);
   const NodeLattice nodes = NodesOf(as_it_is, beams, own_beams, options);
-  const std::vector<Strip> strips = StripsOf(as_it_is, nodes, source, own_beams, 0);
-  return BytesOfStrips(as_it_is, nodes, source, own_beams, strips[0].rows());
+  const std::vector<Strip> strips = StripsOf(as_it_is, nodes, source, rows_askew, 0);
+  return BytesOfStrips(as_it_is, nodes, source, rows_askew, strips[0].rows());
 }
 
 SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,

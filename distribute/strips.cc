@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "distribute/accumulate.h"
 #include "lightfield/parallel.h"
@@ -12,9 +13,21 @@ namespace {
 // Of a beam along one axis, with its overlaps and the room that their lists have to grow.
 constexpr double kBeamBytes = 128, kOverlapBytes = 96;
 // Of an emitter's own beam along both axes, where layers' gaps are alike.
-constexpr double kOwnBeamBytes = 288;
+constexpr double kOwnBeamBytes = 320;
+
+// Emitter rows around a strip that its beams reach, by their width and where they stand.
+int RowsReached(const Display& display, std::optional<int> rows_askew) {
+  int elements = 0;
+  for (const Layer& layer : display.layers) {
+    elements = std::max(elements, DirectionsPerAxis(layer));
+  }
+  return elements + 2 + rows_askew.value_or(0);
+}
+
 // Lower strips would spend most of their time on the rows around them.
-constexpr int kLeastRows = 4 * kBlockRows;
+int LeastRows(const Display& display, std::optional<int> rows_askew) {
+  return (RowsReached(display, rows_askew) + kBlockRows - 1) / kBlockRows * kBlockRows;
+}
 
 int Widest(const std::vector<SampleRange>& ranges) {
   int widest = 0;
@@ -95,19 +108,38 @@ double BytesOfOwnBeams(const Display& display, int rows) {
 
 }  // namespace
 
+std::optional<int> RowsAskew(const Display& display, const std::vector<CalibratedMap>& maps) {
+  constexpr int kColumns = 16;  // that are looked at: openings at the panel's sides may be missing
+  if (maps.empty()) return std::nullopt;
+  double most_mm = 0;
+  for (const CalibratedMap& map : maps) {
+    for (const double share : {0.0, 0.5, 1.0}) {
+      const int row = static_cast<int>(share * (display.emitter_rows() - 1));
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (int i = 0; i <= kColumns; ++i) {
+        const int column = i * (display.emitter_columns() - 1) / kColumns;
+        const std::optional<CalibratedBeam> beam = map.BeamOf(0, 0, column, row);
+        if (!beam) continue;
+        low = std::min(low, beam->beam.y.element_mm);
+        high = std::max(high, beam->beam.y.element_mm);
+      }
+      most_mm = std::max(most_mm, high - low);  // -inf: the row has no beams
+    }
+  }
+  return static_cast<int>(std::ceil(most_mm / display.emitter_pitch_mm()));
+}
+
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
-                     bool own_beams, int rows) {
+                     std::optional<int> rows_askew, int rows) {
   const int width = Widest(nodes.samples_x);
-  // Beams of a strip's rows reach a little beyond it, by their width.
-  int elements = 0, columns = 0;
+  int columns = 0;
   for (const Layer& layer : display.layers) {
-    elements = std::max(elements, DirectionsPerAxis(layer));
     columns = std::max(columns, EmitterColumns(display, layer));
   }
   const double per_row = display.emitter_pitch_mm() / nodes.sample_y.size_mm;
   const bool blurs = !nodes.planes_mm.empty();
-  const int reach =
-      blurs ? Widest(nodes.samples_y) : static_cast<int>(std::ceil(per_row * (elements + 2)));
+  const int reach = blurs ? Widest(nodes.samples_y)
+                          : static_cast<int>(std::ceil(per_row * RowsReached(display, rows_askew)));
   const int height = std::min(static_cast<int>(std::ceil(per_row * rows)) + reach,
                               std::max(Widest(nodes.samples_y), 1));
   const double samples = static_cast<double>(width) * height * sizeof(RaySample);
@@ -115,7 +147,7 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
   const double of_thread = kNodesAtATime * 2.0 * reach * width * sizeof(Light) +
                            2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
   const double beams =
-      own_beams ? BytesOfOwnBeams(display, rows) : BytesOfBeams(display, nodes, rows);
+      rows_askew ? BytesOfOwnBeams(display, rows) : BytesOfBeams(display, nodes, rows);
   // The blur holds apart what is unknown, and a node's samples of a plane.
   return (blurs ? 2 : 1) * BytesOfSums(display, rows) + beams +
          (blurs ? 3 : 1) * kNodesAtATime * samples + source.QueryBytes(width, height) +
@@ -123,10 +155,11 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
 }
 
 std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,
-                            const RaySource& source, bool own_beams, double bytes) {
+                            const RaySource& source, std::optional<int> rows_askew, double bytes) {
   const int rows = display.emitter_rows();
+  const int least = LeastRows(display, rows_askew);
   int count = 1, step = rows;
-  while (step > kLeastRows && BytesOfStrips(display, nodes, source, own_beams, step) > bytes) {
+  while (step > least && BytesOfStrips(display, nodes, source, rows_askew, step) > bytes) {
     ++count;
     step = ((rows + count - 1) / count + kBlockRows - 1) / kBlockRows * kBlockRows;
   }

@@ -464,7 +464,11 @@ struct ExrRowsWriter::State {
 
 ExrRowsWriter::ExrRowsWriter(const fs::path& path, const std::vector<std::string>& channels,
                              int width, int height, ExrType type, ExrCompression compression)
-    : state_(new State{{path, ExrSpec(channels, width, height, type, compression)}}) {}
+    : state_(new State{{path, ExrSpec(channels, width, height, type, compression)}}) {
+  // Rows are compressed by the thread that writes them. With threads of OpenEXR's own every open
+  // file would hold two blocks of rows for each, and a display's emitters are many files at once.
+  OIIO::attribute("exr_threads", -1);
+}
 
 ExrRowsWriter::~ExrRowsWriter() = default;
 ExrRowsWriter::ExrRowsWriter(ExrRowsWriter&&) noexcept = default;

@@ -1,7 +1,5 @@
 #include "pipeline/emitter_files.h"
 
-#include <algorithm>
-#include <thread>
 #include <utility>
 
 #include "pipeline/layers_record.h"
@@ -29,13 +27,12 @@ void EmitterFiles::Write(const EmitterRows& rows) {
 }
 
 double EmitterFiles::Bytes() const {
-  // OpenEXR keeps two blocks of 32 rows a thread of the machine, of four half floats a pixel, and
-  // for each what its compressor needs: the same twice and a table.
+  // OpenEXR keeps a block of 32 rows, of four half floats a pixel, and what its compressor needs:
+  // the same twice and a table.
   constexpr double kBlockRows = 32, kPixelBytes = 8, kCopies = 3, kTableBytes = 1 << 17;
-  const double blocks = 2.0 * std::max(1U, std::thread::hardware_concurrency());
   double files = 0;
   for (const auto& layer : files_) files += static_cast<double>(layer.size());
-  return files * blocks * (kCopies * kBlockRows * columns_ * kPixelBytes + kTableBytes);
+  return files * (kCopies * kBlockRows * columns_ * kPixelBytes + kTableBytes);
 }
 
 }  // namespace lamella

@@ -1,6 +1,7 @@
 // What distribution allocates against what it was allowed, counted at operator new.
 #include "distribute/strips.h"
 
+#include <optional>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -104,12 +105,13 @@ TEST(Strips, TakeNoMoreMemoryThanTheyMayForTheBlur) {
 
 // Emitters of a panel that is askew have beams of their own, which take most of the memory.
 TEST(Strips, TakeNoMoreMemoryThanTheyMayForACalibratedDisplay) {
-  for (const Display& display :
-       {Panel("paper-two-layer", 36, 200),
-        WithOptics(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6}, 64, 200)}) {
+  for (const auto& [display, turn_rad] :
+       {std::pair(Panel("paper-two-layer", 36, 200), 0.03),
+        {Panel("paper-two-layer", 320, 120), 0.1},  // its rows lean over 32 others
+        {WithOptics(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6}, 64, 200), 0.03}}) {
     Calibration calibration = DesignCalibration(display);
     calibration.layers[0].display_from_stack.rotation =
-        Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Eigen::Vector3d::UnitZ()));
+        Eigen::Quaterniond(Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()));
     const Everything source;
     LayersOptions options;
     const double least = LeastBytes(source, display, options, &calibration);
@@ -132,10 +134,10 @@ TEST(Strips, AreEvenWholeBlocksAndAsFewAsFit) {
   for (int layer = 0; layer < 2; ++layer) beams.push_back(EnclosingBeamsOf(display, layer));
   const NodeLattice nodes = NodesFor(display, beams, 1, 1, Kernel::kBeam);
   const Everything source;
-  const double all = BytesOfStrips(display, nodes, source, false, 1080);
-  EXPECT_EQ(StripsOf(display, nodes, source, false, all).size(), 1U);
+  const double all = BytesOfStrips(display, nodes, source, std::nullopt, 1080);
+  EXPECT_EQ(StripsOf(display, nodes, source, std::nullopt, all).size(), 1U);
   for (const double share : {0.95, 0.6, 0.4, 0.25, 0.0}) {
-    const std::vector<Strip> strips = StripsOf(display, nodes, source, false, share * all);
+    const std::vector<Strip> strips = StripsOf(display, nodes, source, std::nullopt, share * all);
     int row = 0;
     for (const Strip& strip : strips) {
       EXPECT_EQ(strip.first_row, row);
@@ -147,8 +149,8 @@ TEST(Strips, AreEvenWholeBlocksAndAsFewAsFit) {
     const int count = static_cast<int>(strips.size());
     EXPECT_LT(strips[0].rows(), 1080 / count + kBlockRows);
     if (share == 0) continue;
-    EXPECT_LE(BytesOfStrips(display, nodes, source, false, strips[0].rows()), share * all);
-    EXPECT_GT(BytesOfStrips(display, nodes, source, false, 1080 / (count - 1)), share * all);
+    EXPECT_LE(BytesOfStrips(display, nodes, source, std::nullopt, strips[0].rows()), share * all);
+    EXPECT_GT(BytesOfStrips(display, nodes, source, std::nullopt, 1080 / (count - 1)), share * all);
   }
 }
 
