@@ -167,7 +167,6 @@ CalibratedPlane PlaneOf(const PlaneState& state, const Rigid& display_from_frame
   return plane;
 }
 
-// What a relay magnifies beyond its design: the gap by the square, lenses with their panel.
 Calibration CalibrationOf(const VarifocalFit& fit, const VarifocalTask& task,
                           const Rigid& display_from_frame) {
   Calibration calibration = task.design;
@@ -178,10 +177,7 @@ Calibration CalibrationOf(const VarifocalFit& fit, const VarifocalTask& task,
     layer.display_from_stack = display_from_frame * plane.frame_from_plane;
     layer.emitter = WithShape(layer.emitter, plane.shape);
     if (layer.modulator) layer.modulator = WithShape(*layer.modulator, plane.shape);
-    layer.gap_mm *= larger * larger;
-    if (!layer.lattice) continue;
-    layer.lattice->pitch_mm *= larger;
-    layer.lattice->focal_mm *= larger * larger;
+    MagnifyOptics(layer, larger);
   }
   return calibration;
 }

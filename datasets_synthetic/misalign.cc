@@ -78,6 +78,20 @@ std::size_t StillLayer(const Calibration& design) {
   return 0;
 }
 
+// Planes that a relay makes of one panel behind one lens sheet.
+bool IsVarifocal(const Calibration& design) {
+  return design.layers.size() > 1 &&
+         std::all_of(design.layers.begin(), design.layers.end(),
+                     [](const LayerCalibration& layer) { return layer.lattice.has_value(); });
+}
+
+void MisalignPlane(const Misalignment& by, Deviations& random, LayerCalibration& layer) {
+  const double share = random.Within(by.scale);
+  layer.emitter.scale = Rescaled(layer.emitter.scale, share);
+  MagnifyOptics(layer, 1 + share);
+  MisalignStack(by, random, layer);
+}
+
 }  // namespace
 
 Calibration Misaligned(const Calibration& design, const Misalignment& by, std::uint32_t seed) {
@@ -85,6 +99,11 @@ Calibration Misaligned(const Calibration& design, const Misalignment& by, std::u
   CheckMisalignment(by);
   Deviations random(seed);
   Calibration built = design;
+  if (IsVarifocal(design)) {
+    for (LayerCalibration& plane : built.layers) MisalignPlane(by, random, plane);
+    Check(built, design.display);
+    return built;
+  }
   const std::size_t still = StillLayer(design);
   for (std::size_t i = 0; i < built.layers.size(); ++i) {
     LayerCalibration& layer = built.layers[i];

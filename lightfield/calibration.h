@@ -125,6 +125,10 @@ struct Calibration {
 // p.
 Calibration DesignCalibration(const Display& display);
 
+// A relay that shows a layer's panels larger by a factor: the gap behind its lenses and their focal
+// length become so by its square, their pitch with the panel. The panels' scale is left to set.
+void MagnifyOptics(LayerCalibration& layer, double larger);
+
 // UsageError (one line naming layer, panel and field) where a number is not finite or not possible:
 // sizes below 1 px, pitch or index out of range, 1 + s outside [1e-3, 1e3], |a|, |k|, |q| above
 // 0.2, a bow beyond the half diagonal, a negative gap, lenses without a gap, black outside [0, 1),

@@ -92,4 +92,11 @@ Calibration DesignCalibration(const Display& display) {
   return calibration;
 }
 
+void MagnifyOptics(LayerCalibration& layer, double larger) {
+  layer.gap_mm *= larger * larger;
+  if (!layer.lattice) return;
+  layer.lattice->pitch_mm *= larger;
+  layer.lattice->focal_mm *= larger * larger;
+}
+
 }  // namespace lamella

@@ -10,13 +10,30 @@
 
 namespace lamella {
 
+// Removes the folder of a test that passed; that of a failed one stays to be looked into.
+class ScratchRemover : public testing::EmptyTestEventListener {
+ public:
+  void OnTestEnd(const testing::TestInfo& test) override {
+    if (!folder.empty() && test.result()->Passed()) std::filesystem::remove_all(folder);
+    folder.clear();
+  }
+
+  std::filesystem::path folder;
+};
+
 inline std::filesystem::path ScratchFolder() {
+  static ScratchRemover* const remover = [] {
+    auto* listener = new ScratchRemover;  // gtest deletes it
+    testing::UnitTest::GetInstance()->listeners().Append(listener);
+    return listener;
+  }();
   const testing::TestInfo& test = *testing::UnitTest::GetInstance()->current_test_info();
   std::filesystem::path folder = std::filesystem::path(testing::TempDir()) /
                                  (std::string("lamella-") + test.test_suite_name() + "-" +
                                   test.name() + "-" + std::to_string(getpid()));
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
+  remover->folder = folder;
   return folder;
 }
 

@@ -35,7 +35,8 @@ void AddSynthMisalignment(CLI::App& synth, Invocation& invocation) {
   verb.add_option("--seed", arguments->seed, "of the deviations [1]");
   verb.add_option("--shift-mm", by.shift_mm, "largest, of stacks and of emitters in them [20]");
   verb.add_option("--turn-deg", by.turn_deg, "largest, of stacks and of emitters in them [5]");
-  verb.add_option("--scale", by.scale, "largest, of every panel but the reference [0.005]");
+  verb.add_option("--scale", by.scale,
+                  "largest, of every panel but the reference, of every varifocal plane [0.005]");
   verb.add_option("--gap-mm", arguments->gap_mm, "LOW HIGH: gaps between these [as designed]");
   AddGlobalOptions(verb, invocation);
   verb.footer(

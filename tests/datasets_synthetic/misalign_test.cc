@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -71,6 +72,40 @@ TEST(Misaligned, KeepsTheFirstStackThatIsSeenDirectly) {
   EXPECT_EQ(still.display_from_stack.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0);
   EXPECT_EQ(still.modulator->scale, 0);
   EXPECT_NE(still.emitter.scale, 0);
+}
+
+TEST(Misaligned, MovesAndMagnifiesThePlanesOfOneLensSheet) {
+  LayerCalibration sheet;
+  sheet.emitter.width_px = 1024;
+  sheet.emitter.height_px = 768;
+  sheet.emitter.pitch_mm = 0.163;
+  sheet.gap_mm = 3;
+  sheet.lattice.emplace();
+  sheet.lattice->pitch_mm = 2.1;
+  sheet.lattice->focal_mm = 3;
+  Calibration design{"planes", std::vector<LayerCalibration>(24, sheet)};
+  for (std::size_t k = 0; k < 24; ++k) {
+    design.layers[k].display_from_stack.translation.z() = 8 * static_cast<double>(k) - 92;
+  }
+  Misalignment by;
+  by.shift_mm = 2;
+  const Calibration built = Misaligned(design, by, 1);
+  double widest_shift = 0;
+  for (std::size_t k = 0; k < built.layers.size(); ++k) {
+    const LayerCalibration &plane = built.layers[k], &was = design.layers[k];
+    const double larger = 1 + plane.emitter.scale;
+    EXPECT_NE(larger, 1);
+    EXPECT_LE(std::abs(larger - 1), 0.005);
+    EXPECT_NEAR(plane.lattice->pitch_mm, larger * was.lattice->pitch_mm, 1e-12);
+    EXPECT_NEAR(plane.lattice->focal_mm, larger * larger * 3, 1e-12);
+    EXPECT_NEAR(plane.gap_mm, larger * larger * was.gap_mm, 1e-12);
+    EXPECT_EQ(plane.offset_mm, was.offset_mm);
+    EXPECT_EQ(plane.rotation_rad, was.rotation_rad);
+    widest_shift = std::max(widest_shift, std::abs(plane.display_from_stack.translation.z() -
+                                                   was.display_from_stack.translation.z()));
+  }
+  EXPECT_LE(widest_shift, 2);
+  EXPECT_GT(widest_shift, 1.5);
 }
 
 TEST(Misaligned, IsTheSeeds) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <Eigen/SVD>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "lightfield/panel_rays.h"
@@ -238,7 +239,7 @@ TEST(CalibratedDisplay, ShowsTheSceneFromNewPositionsThoughItsPanelsStandAskew) 
                               std::to_string(errors.uncorrected) + " a homography per layer " +
                               std::to_string(errors.per_layer) + " per panel " +
                               std::to_string(errors.per_panel);
-  RecordProperty("view_error", figures);
+  fmt::print("view error: {}\n", figures);
   EXPECT_LT(10 * errors.corrected, errors.uncorrected) << figures;
   EXPECT_LT(3 * errors.corrected, errors.per_layer) << figures;
 }

@@ -61,9 +61,7 @@ Calibration Misaligned(const Calibration& design) {
         Eigen::AngleAxisd(0.01, Vector3d(1, k == 0 ? 1 : -1, 0.5).normalized());
     layer.display_from_stack.translation += Vector3d(0.6, -0.4, k == 0 ? 1 : -0.8);
     layer.emitter.scale = (1 + layer.emitter.scale) * larger - 1;
-    layer.gap_mm *= larger * larger;
-    layer.lattice->pitch_mm *= larger;
-    layer.lattice->focal_mm *= larger * larger;
+    MagnifyOptics(layer, larger);
   }
   return truth;
 }
