@@ -21,7 +21,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-constexpr int kMostHalfWindow = 13, kLeastHalfWindow = 4;
+constexpr int kLeastHalfWindow = 4;
 constexpr double kOfNearestMarker = 0.75;  // a corner on the window's diagonal weighs 0.01
 constexpr double kBorder = 3;              // of the photograph; a start is some px off
 constexpr double kRatio = 10;              // of markers, between the board and anything else

@@ -10,6 +10,9 @@
 
 namespace lamella {
 
+// The largest window that a corner is refined in reaches so far from it, px of the photograph.
+inline constexpr int kMostHalfWindow = 13;
+
 struct BoardSighting {
   std::size_t board = 0;  // in the list that was looked for
   bool mirrored = false;  // seen by reflection
@@ -22,9 +25,9 @@ struct BoardSighting {
 // The one board of which, in one handedness, ten times as many markers are seen as of any other;
 // nothing where there is none. OpenCV finds the first markers, in the photograph and in its mirror
 // image; where corners beside these tell where others are, those are read there. Corners come from
-// the homographies of the markers beside them and are refined as saddles within min(9, distance to
-// the nearest marker corner - 2) px. `grey` holds numbers of any response; of linear light the
-// smallest markers are read.
+// the homographies of the markers beside them and are refined as saddles within kMostHalfWindow,
+// three quarters of the way to the nearest marker corner and 3 px of the border. `grey` holds
+// numbers of any response; of linear light the smallest markers are read.
 std::optional<BoardSighting> DetectBoard(ImageSpan<const float> grey,
                                          const std::vector<CharucoBoard>& boards);
 

@@ -9,12 +9,15 @@
 #include <Eigen/Core>
 #include <fmt/format.h>
 
+#include "calibration/detect_board.h"
 #include "calibration/residuals.h"
 
 namespace lamella {
 namespace {
 
 using Eigen::Vector2d;
+
+static_assert(kPanelEdgePx > 1.415 * kMostHalfWindow + 2, "a diagonal and the edge's blur");
 
 constexpr int kPiecesOfSide = 16;  // straight, of a border that lens and bow bend
 

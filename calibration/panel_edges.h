@@ -11,9 +11,8 @@
 
 namespace lamella {
 
-// Within this of an edge the window that a corner is refined in, 13 px to each side
-// (kMostHalfWindow of detect_board.cc), may be cut.
-inline constexpr double kPanelEdgePx = 21;  // of the photograph: its diagonal and the edge's blur
+// Within this of an edge the window that a corner is refined in may be cut, px of the photograph.
+inline constexpr double kPanelEdgePx = 21;
 
 // The observations without the points that lie, in their photographs, beyond an edge of the other
 // panel or within kPanelEdgePx of it; `state` may be some px off. Photographs and their order stay.
