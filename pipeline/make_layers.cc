@@ -23,10 +23,11 @@ constexpr double kAllocatorShare = 0.06;
 // Pages of code that distributing and writing bring in: 25 MiB were seen beyond those of loading.
 constexpr double kCodeToComeGib = 32.0 / 1024;
 
-// Gives the distribution what --memory leaves it; says so where that is too little.
+// Gives the distribution what --memory leaves it; warns, before the long work, where it is too
+// little.
 LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& world,
                              const LayersRecord& record, const EmitterFiles& files,
-                             std::vector<std::string>& warnings) {
+                             std::vector<std::string>& warnings, Progress& progress) {
   const double loading = PeakMemory::OwnMib() / 1024;
   const double held = ResidentMib() / 1024 + kCodeToComeGib + files.Bytes() / kGib;
   LayersOptions left = options;
@@ -40,6 +41,7 @@ LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& worl
         "they and the files take {:.2f} and the lowest strip {:.2f}; --memory {:.2f} is "
         "the least that works",
         options.memory_gib, loading, held, strip, std::ceil(100 * least) / 100));
+    progress.Warn(warnings.back());
   }
   return left;
 }
@@ -86,13 +88,14 @@ std::optional<Calibration> CalibrationFor(const LayersOptions& options, const Di
 StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord record,
                        const LayersOptions& options, const std::string& note, StageRun& run,
                        Progress& progress) {
+  if (!note.empty()) progress.Warn(note);
   const PictureSize picture{record.placement.picture_width_mm, record.placement.picture_height_mm};
   EmitterFiles files(run.folder(), record.display);
   std::vector<std::string> warnings;
   const std::unique_ptr<const RaySource> placed = Placed(*world, record.placement);
   const SeenShares seen = Distribute(
-      *placed, record.display, WithMemoryLeft(options, *placed, record, files, warnings), picture,
-      [&](const EmitterRows& rows) { files.Write(rows); }, progress,
+      *placed, record.display, WithMemoryLeft(options, *placed, record, files, warnings, progress),
+      picture, [&](const EmitterRows& rows) { files.Write(rows); }, progress,
       record.calibration ? &*record.calibration : nullptr);
   world.reset();
   record.seen_share = seen.of_all;

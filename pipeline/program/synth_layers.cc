@@ -25,7 +25,6 @@ ExitCode RunSynthLayers(LayersArguments& arguments, Progress& progress) {
   const Workspace workspace(arguments.workspace);
   const StageReport report = SynthLayers(arguments.options, workspace, progress);
   for (const auto& [what, value] : report.summary) fmt::print("{:<18} {}\n", what, value);
-  for (const std::string& warning : report.warnings) progress.Warn(warning);
   fmt::print("{}\n", workspace.Stage("layers").string());
   return ExitCode::kDone;
 }
