@@ -25,9 +25,10 @@ struct BoardSighting {
 // The one board of which, in one handedness, ten times as many markers are seen as of any other;
 // nothing where there is none. OpenCV finds the first markers, in the photograph and in its mirror
 // image; where corners beside these tell where others are, those are read there. Corners come from
-// the homographies of the markers beside them and are refined as saddles within kMostHalfWindow,
-// three quarters of the way to the nearest marker corner and 3 px of the border. `grey` holds
-// numbers of any response; of linear light the smallest markers are read.
+// the homographies of the markers beside them and are refined as saddles, in windows that reach at
+// most kMostHalfWindow and at most three quarters of the way to the nearest marker corner, and end
+// 3 px before the border. `grey` holds numbers of any response; of linear light the smallest
+// markers are read.
 std::optional<BoardSighting> DetectBoard(ImageSpan<const float> grey,
                                          const std::vector<CharucoBoard>& boards);
 

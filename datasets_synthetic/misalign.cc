@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -78,13 +79,6 @@ std::size_t StillLayer(const Calibration& design) {
   return 0;
 }
 
-// Planes that a relay makes of one panel behind one lens sheet.
-bool IsVarifocal(const Calibration& design) {
-  return design.layers.size() > 1 &&
-         std::all_of(design.layers.begin(), design.layers.end(),
-                     [](const LayerCalibration& layer) { return layer.lattice.has_value(); });
-}
-
 void MisalignPlane(const Misalignment& by, Deviations& random, LayerCalibration& layer) {
   const double share = random.Within(by.scale);
   layer.emitter.scale = Rescaled(layer.emitter.scale, share);
@@ -92,15 +86,29 @@ void MisalignPlane(const Misalignment& by, Deviations& random, LayerCalibration&
   MisalignStack(by, random, layer);
 }
 
+void MisalignPlanes(const Misalignment& by, Deviations& random, Calibration& built) {
+  Require(by.most_gap_mm == 0, "gap", "the planes of a varifocal display share one gap",
+          "leave it out");
+  double before_mm = -std::numeric_limits<double>::infinity();
+  for (LayerCalibration& plane : built.layers) {
+    MisalignPlane(by, random, plane);
+    const double z = plane.display_from_stack.translation.z();
+    Require(z > before_mm, "shift", fmt::format("{} mm puts a plane behind the next", by.shift_mm),
+            "give less than half of the planes' distance");
+    before_mm = z;
+  }
+}
+
 }  // namespace
 
-Calibration Misaligned(const Calibration& design, const Misalignment& by, std::uint32_t seed) {
+Calibration Misaligned(const Calibration& design, const Misalignment& by, std::uint32_t seed,
+                       bool varifocal) {
   Check(design, design.display);
   CheckMisalignment(by);
   Deviations random(seed);
   Calibration built = design;
-  if (IsVarifocal(design)) {
-    for (LayerCalibration& plane : built.layers) MisalignPlane(by, random, plane);
+  if (varifocal) {
+    MisalignPlanes(by, random, built);
     Check(built, design.display);
     return built;
   }

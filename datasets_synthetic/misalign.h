@@ -18,9 +18,11 @@ struct Misalignment {
 // The display with every stack and panel misaligned, the same for equal seeds. Emitters are tilted
 // in their stacks by a third of the gap at their sides at most, so that they pierce no modulator.
 // The first stack that is seen directly keeps its place and its front panel its scale: they are the
-// frame and the length that photographs are measured in. All planes of a varifocal display stand
-// off their places, each magnified by its own, with the one panel and lens sheet as designed.
-// UsageError where a number is out of range.
-Calibration Misaligned(const Calibration& design, const Misalignment& by, std::uint32_t seed);
+// frame and the length that photographs are measured in. Of a varifocal display all planes stand
+// off their places instead, each magnified by a factor of its own, with the one panel and lens
+// sheet as designed. UsageError where a number is out of range, a varifocal display is given gaps,
+// or its planes would change their order.
+Calibration Misaligned(const Calibration& design, const Misalignment& by, std::uint32_t seed,
+                       bool varifocal = false);
 
 }  // namespace lamella

@@ -186,9 +186,13 @@ class CapturedScene : public RaySource {
   }
 
   double QueryBytes(int width, int height) const override {
-    double levels = 0;
-    for (const SourceView& view : views_) levels += view.color.BytesToCome();
-    return TargetDepthBytes(width, height) + levels;
+    double kept = 0, meanwhile = 0;
+    for (const SourceView& view : views_) {
+      const ColorPyramid::Bytes level = view.color.BytesToCome();
+      kept += level.kept;
+      meanwhile = std::max(meanwhile, level.meanwhile);
+    }
+    return TargetDepthBytes(width, height) + kept + NumThreads() * meanwhile;
   }
 
  private:

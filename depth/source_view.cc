@@ -289,11 +289,12 @@ const ColorLevel& ColorPyramid::operator[](std::size_t level) const {
   return lazy.level;
 }
 
-double ColorPyramid::BytesToCome() const {
-  if (finest_ + 1 >= levels_.size()) return 0;
+ColorPyramid::Bytes ColorPyramid::BytesToCome() const {
+  if (finest_ + 1 >= levels_.size()) return {};
   const Lazy& next = *levels_[finest_ + 1];
-  if (next.level.width > 0) return 0;
-  return static_cast<double>(sizeof(ColorLevel::Pixel)) * next.width * next.height;
+  if (next.level.width > 0) return {};
+  const double pixels = static_cast<double>(next.width) * next.height;
+  return {sizeof(ColorLevel::Pixel) * pixels, sizeof(Rgb) * pixels};
 }
 
 int ColorExponent(float largest) {

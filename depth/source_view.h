@@ -98,8 +98,12 @@ class ColorPyramid {
 
   std::size_t size() const { return levels_.size(); }
   const ColorLevel& operator[](std::size_t level) const;  // from any thread
-  // What the next level takes where it is not there yet; not while rays are asked for.
-  double BytesToCome() const;
+  // Of the next level where it is not there yet: bytes that it keeps, and those that it takes
+  // meanwhile. Not while rays are asked for.
+  struct Bytes {
+    double kept = 0, meanwhile = 0;
+  };
+  Bytes BytesToCome() const;
 
  private:
   struct Lazy {

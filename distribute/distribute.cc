@@ -162,12 +162,13 @@ class Distributor {
         weights_(WeightsOf(display_, options)),
         beams_(EnclosingBeams(display_, maps_, options)),
         nodes_(NodesOf(display_, beams_, !maps_.empty(), options)),
-        strips_(StripsOf(display_, nodes_, source, RowsAskew(display_, maps_),
-                         options.memory_gib * kGib)),
+        strips_(StripsOf(display_, nodes_, source, !maps_.empty(), options.memory_gib * kGib)),
         samples_(Index(kNodesAtATime)),
         blur_(nodes_.planes_mm, display_.layers.size()),
         layers_(display_.layers.size()),
-        sums_(display_.layers.size()) {}
+        sums_(display_.layers.size()) {
+    if (!maps_.empty()) beams_.clear();  // they only told which rays to ask for
+  }
 
   SeenShares Run(const PictureSize& picture, const TakeEmitterRows& take, Progress& progress) {
     progress.Start("layers",
@@ -394,7 +395,7 @@ class Distributor {
   const std::vector<CalibratedMap> maps_;  // of its layers; none: as designed
   const Kernel kernel_;
   const LayerWeights weights_;
-  const std::vector<LayerBeams> beams_;
+  std::vector<LayerBeams> beams_;
   NodeLattice nodes_;
   const std::vector<Strip> strips_;
   std::vector<Image<RaySample>> samples_;  // room for each of the nodes that are added at a time
@@ -440,10 +441,9 @@ double LeastBytes(const RaySource& source, const Display& display, const LayersO
   const Display as_it_is = own_beams ? AsCalibrated(display, *calibration) : display;
   const std::vector<CalibratedMap> maps = MapsOf(as_it_is, calibration);
   const std::vector<LayerBeams> beams = EnclosingBeams(as_it_is, maps, options);
-  const std::optional<int> rows_askew = RowsAskew(as_it_is, maps);
   const NodeLattice nodes = NodesOf(as_it_is, beams, own_beams, options);
-  const std::vector<Strip> strips = StripsOf(as_it_is, nodes, source, rows_askew, 0);
-  return BytesOfStrips(as_it_is, nodes, source, rows_askew, strips[0].rows());
+  const std::vector<Strip> strips = StripsOf(as_it_is, nodes, source, own_beams, 0);
+  return BytesOfStrips(as_it_is, nodes, source, own_beams, strips[0].rows());
 }
 
 SeenShares Distribute(const RaySource& source, const Display& display, const LayersOptions& options,

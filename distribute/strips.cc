@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <variant>
 
 #include "distribute/accumulate.h"
 #include "lightfield/parallel.h"
@@ -12,23 +12,6 @@ namespace {
 
 // Of a beam along one axis, with its overlaps and the room that their lists have to grow.
 constexpr double kBeamBytes = 128, kOverlapBytes = 96;
-// Of an emitter's own beam along both axes, where layers' gaps are alike.
-constexpr double kOwnBeamBytes = 320;
-
-// Emitter rows around a strip that its beams reach, by their width and where they stand.
-int RowsReached(const Display& display, std::optional<int> rows_askew) {
-  int elements = 0;
-  for (const Layer& layer : display.layers) {
-    elements = std::max(elements, DirectionsPerAxis(layer));
-  }
-  return elements + 2 + rows_askew.value_or(0);
-}
-
-// Lower strips would spend most of their time on the rows around them.
-int LeastRows(const Display& display, std::optional<int> rows_askew) {
-  return (RowsReached(display, rows_askew) + kBlockRows - 1) / kBlockRows * kBlockRows;
-}
-
 int Widest(const std::vector<SampleRange>& ranges) {
   int widest = 0;
   for (const SampleRange& range : ranges) widest = std::max(widest, range.size());
@@ -45,12 +28,17 @@ double NodesOfBeam(const Display& display, const Layer& layer, const NodeAxis& a
   return std::min(static_cast<double>(axis.count), directions * step / axis.step + 2);
 }
 
+// Of what light leaves by: an opening, a lens.
+double ElementMm(const Display& display, const Layer& layer) {
+  const auto* barrier = std::get_if<Barrier>(&layer.optics);
+  return barrier != nullptr ? barrier->aperture_px * display.emitter_pitch_mm(layer)
+                            : LatticePitchMm(display, layer);
+}
+
 // Samples that a beam takes on all planes of the blur together, along an axis.
 double SamplesOfBlur(const Display& display, const Layer& layer, const NodeLattice& nodes,
                      const SampleAxis& samples) {
-  const auto* barrier = std::get_if<Barrier>(&layer.optics);
-  const double element = barrier != nullptr ? barrier->aperture_px * display.emitter_pitch_mm(layer)
-                                            : LatticePitchMm(display, layer);
+  const double element = ElementMm(display, layer);
   const double emitter = DirectionStepMm(display, layer);
   double taken = 0;
   for (const double z : nodes.planes_mm) {
@@ -97,57 +85,48 @@ double BytesOfBeams(const Display& display, const NodeLattice& nodes, int rows) 
   return bytes;
 }
 
-double BytesOfOwnBeams(const Display& display, int rows) {
+// An emitter's own beam: of each node that it meets, along both axes, an overlap and its weights.
+double BytesOfOwnBeams(const Display& display, const NodeLattice& nodes, int rows) {
+  const auto along = [&](const Layer& layer, const NodeAxis& axis, const SampleAxis& samples) {
+    const double weights = ElementMm(display, layer) / samples.size_mm + 1;
+    return NodesOfBeam(display, layer, axis) * (sizeof(Overlap) + sizeof(float) * weights);
+  };
   double bytes = 0;
   for (const Layer& layer : display.layers) {
     const double k = SlotsPerAxis(layer);
-    bytes += kOwnBeamBytes * k * k * EmitterColumns(display, layer) * rows;
+    const double of_emitter =
+        along(layer, nodes.x, nodes.sample_x) + along(layer, nodes.y, nodes.sample_y);
+    const double of_row = sizeof(std::vector<Overlap>) * (nodes.x.count + nodes.y.count);
+    bytes += k * k * rows * (EmitterColumns(display, layer) * of_emitter + of_row);
   }
   return bytes;
 }
 
 }  // namespace
 
-std::optional<int> RowsAskew(const Display& display, const std::vector<CalibratedMap>& maps) {
-  constexpr int kColumns = 16;  // that are looked at: openings at the panel's sides may be missing
-  if (maps.empty()) return std::nullopt;
-  double most_mm = 0;
-  for (const CalibratedMap& map : maps) {
-    for (const double share : {0.0, 0.5, 1.0}) {
-      const int row = static_cast<int>(share * (display.emitter_rows() - 1));
-      double low = std::numeric_limits<double>::infinity(), high = -low;
-      for (int i = 0; i <= kColumns; ++i) {
-        const int column = i * (display.emitter_columns() - 1) / kColumns;
-        const std::optional<CalibratedBeam> beam = map.BeamOf(0, 0, column, row);
-        if (!beam) continue;
-        low = std::min(low, beam->beam.y.element_mm);
-        high = std::max(high, beam->beam.y.element_mm);
-      }
-      most_mm = std::max(most_mm, high - low);  // -inf: the row has no beams
-    }
-  }
-  return static_cast<int>(std::ceil(most_mm / display.emitter_pitch_mm()));
-}
-
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
-                     std::optional<int> rows_askew, int rows) {
-  const int width = Widest(nodes.samples_x);
-  int columns = 0;
+                     bool own_beams, int rows) {
+  const int width = Widest(nodes.samples_x), whole_height = Widest(nodes.samples_y);
+  int elements = 0, columns = 0;
   for (const Layer& layer : display.layers) {
+    elements = std::max(elements, DirectionsPerAxis(layer));
     columns = std::max(columns, EmitterColumns(display, layer));
   }
   const double per_row = display.emitter_pitch_mm() / nodes.sample_y.size_mm;
   const bool blurs = !nodes.planes_mm.empty();
-  const int reach = blurs ? Widest(nodes.samples_y)
-                          : static_cast<int>(std::ceil(per_row * RowsReached(display, rows_askew)));
-  const int height = std::min(static_cast<int>(std::ceil(per_row * rows)) + reach,
-                              std::max(Widest(nodes.samples_y), 1));
+  // What beams of a strip's rows reach beyond it, by their width and by where layers and panels
+  // stand, is what all rows' beams reach beyond the panel.
+  const int beyond = static_cast<int>(std::ceil(
+      std::max(per_row * (elements + 2), whole_height - per_row * display.emitter_rows())));
+  const int reach = blurs ? whole_height : beyond;
+  const int height =
+      std::min(static_cast<int>(std::ceil(per_row * rows)) + reach, std::max(whole_height, 1));
   const double samples = static_cast<double>(width) * height * sizeof(RaySample);
   // A thread filters a few rows of samples, and gives away a block of emitters in two forms.
   const double of_thread = kNodesAtATime * 2.0 * reach * width * sizeof(Light) +
                            2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
   const double beams =
-      rows_askew ? BytesOfOwnBeams(display, rows) : BytesOfBeams(display, nodes, rows);
+      own_beams ? BytesOfOwnBeams(display, nodes, rows) : BytesOfBeams(display, nodes, rows);
   // The blur holds apart what is unknown, and a node's samples of a plane.
   return (blurs ? 2 : 1) * BytesOfSums(display, rows) + beams +
          (blurs ? 3 : 1) * kNodesAtATime * samples + source.QueryBytes(width, height) +
@@ -155,11 +134,10 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
 }
 
 std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,
-                            const RaySource& source, std::optional<int> rows_askew, double bytes) {
+                            const RaySource& source, bool own_beams, double bytes) {
   const int rows = display.emitter_rows();
-  const int least = LeastRows(display, rows_askew);
   int count = 1, step = rows;
-  while (step > least && BytesOfStrips(display, nodes, source, rows_askew, step) > bytes) {
+  while (step > kBlockRows && BytesOfStrips(display, nodes, source, own_beams, step) > bytes) {
     ++count;
     step = ((rows + count - 1) / count + kBlockRows - 1) / kBlockRows * kBlockRows;
   }

@@ -1,11 +1,9 @@
 // Strips of rows in which emitters are made, so that what is allocated meanwhile fits into memory.
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "distribute/nodes.h"
-#include "lightfield/calibrated_map.h"
 #include "lightfield/display.h"
 #include "lightfield/ray_source.h"
 
@@ -22,19 +20,15 @@ inline constexpr int kBlockRows = 32;
 // Nodes whose samples are held at a time: neighbours share emitters; more are hardly faster.
 inline constexpr int kNodesAtATime = 2;
 
-// Rows of emitters over which beams of one row are spread, where panels stand askew and every
-// emitter has a beam of its own; nothing where there are no maps.
-std::optional<int> RowsAskew(const Display& display, const std::vector<CalibratedMap>& maps);
-
 // What Distribute allocates at most while it works on strips of `rows` rows: the sums of light,
 // beams and their overlaps (of every emitter where these have beams of their own), the nodes'
 // samples, what the source needs to answer for them, and what threads hold.
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
-                     std::optional<int> rows_askew, int rows);
+                     bool own_beams, int rows);
 
-// Even strips of whole blocks: as few as take at most `bytes`; where none does, those that take
-// least and still are no lower than what is asked around them.
+// Even strips of whole blocks: as few as take at most `bytes`; where none does, of one block. Low
+// strips take long: what lies around a strip is asked for again for the next one.
 std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,
-                            const RaySource& source, std::optional<int> rows_askew, double bytes);
+                            const RaySource& source, bool own_beams, double bytes);
 
 }  // namespace lamella

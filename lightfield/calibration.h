@@ -126,7 +126,8 @@ struct Calibration {
 Calibration DesignCalibration(const Display& display);
 
 // A relay that shows a layer's panels larger by a factor: the gap behind its lenses and their focal
-// length become so by its square, their pitch with the panel. The panels' scale is left to set.
+// length become so by its square, their pitch with the panel. The panels' scale and offset
+// are left to set. `larger` is above 0.
 void MagnifyOptics(LayerCalibration& layer, double larger);
 
 // UsageError (one line naming layer, panel and field) where a number is not finite or not possible:

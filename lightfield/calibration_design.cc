@@ -63,7 +63,7 @@ LayerCalibration LayerAsDesigned(const Display& display, const Layer& layer) {
   // A relay's image of the gap is in air, and lenses are described by their reduced gap.
   const bool glass = std::holds_alternative<Barrier>(layer.optics) && layer.magnification == 1;
   design.index = glass ? layer.index : 1;
-  design.gap_mm = layer.seen_d0_mm() * design.index;
+  design.gap_mm = layer.d0_mm * design.index;
   design.gain = 1 / static_cast<double>(display.layers.size());
   if (const auto* lenslets = std::get_if<LensletArray>(&layer.optics)) {
     design.lattice = LatticeOf(display, *lenslets);
@@ -74,10 +74,12 @@ LayerCalibration LayerAsDesigned(const Display& display, const Layer& layer) {
     design.modulator = design.emitter;
     design.modulator->photometry.black = 1 / std::get<Barrier>(layer.optics).contrast;
   }
-  if (design.lattice) {
-    design.lattice->pitch_mm *= layer.magnification;
-    design.lattice->focal_mm *= layer.magnification * layer.magnification;
+  if (layer.plate) {
+    const auto& [x, y, z] = layer.plate->normal;
+    design.plate =
+        Plate{layer.plate->thickness_mm, layer.plate->index, Eigen::Vector3d(x, y, z).normalized()};
   }
+  MagnifyOptics(design, layer.magnification);
   return design;
 }
 

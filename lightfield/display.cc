@@ -140,6 +140,17 @@ void CheckLayer(const Display& display, std::size_t index, const Checker& check)
   check.Within(layer.magnification, 1 / kLargestMagnification, kLargestMagnification,
                name + ": the magnification");
   std::visit(OpticsChecker{display, name, check}, layer.optics);
+  if (layer.plate) {
+    const auto& [x, y, z] = layer.plate->normal;
+    check.Require(std::holds_alternative<Barrier>(layer.optics),
+                  name + " has a plate before a lens sheet",
+                  "leave it out: a plate is solved for before barriers only");
+    check.Within(layer.plate->thickness_mm, 0, kLongestMm, name + ": the plate's thickness_mm");
+    check.Within(layer.plate->index, 1, 4, name + ": the plate's index");
+    check.Require(std::isfinite(std::hypot(x, y, z)) && std::abs(z) > 0.1 * std::hypot(x, y, z),
+                  fmt::format("{}: the plate's normal = [{}, {}, {}]", name, x, y, z),
+                  "give [right, up, to the viewer], at most 84 degrees off the viewer");
+  }
   check.Require(
       FieldOfViewDeg(display, layer) <= kWidestFanDeg,
       fmt::format("{}: the gap d0_mm = {} makes a fan of {:.2f} degrees", name, layer.d0_mm,

@@ -5,6 +5,7 @@
 // millimetres. A layer's position is that of its modulating plane; its emitter lies d0 behind.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -61,6 +62,16 @@ struct Lenticular {
 
 using Optics = std::variant<Barrier, LensletArray, Lenticular>;
 
+// A flat glass between a layer and the viewer, as a splitter is for the layer seen through it. It
+// displaces rays; a calibration takes it into account, layers made without one do not.
+struct GlassPlate {
+  double thickness_mm = 0;
+  double index = 1.5;                     // refractive
+  std::array<double, 3> normal{0, 0, 1};  // in the display's frame, of any length
+
+  friend bool operator==(const GlassPlate&, const GlassPlate&) = default;
+};
+
 struct Layer {
   double position_mm = 0;  // z of the modulating plane
   double d0_mm = 5;        // emissive plane to modulating plane, air-equivalent (gap / index)
@@ -70,6 +81,7 @@ struct Layer {
   // the axis, slopes 1/M as steep. So its pixels appear to have the pitch M p, and its gap M^2 d0.
   double magnification = 1;
   double index = 1;  // refractive, of what fills the gap, where it is known
+  std::optional<GlassPlate> plate = std::nullopt;
 
   double seen_d0_mm() const { return magnification * magnification * d0_mm; }
   friend bool operator==(const Layer&, const Layer&) = default;

@@ -69,15 +69,18 @@ class Reader {
     throw UsageError(At(*table_.get(key)), fmt::format("{} = \"{}\" is not known", key, *word),
                      fmt::format("did you mean \"{}\"?", NearestName(*word, words)));
   }
-  std::optional<std::array<double, 2>> Pair(const char* key) const {
+  template <std::size_t N>
+  std::optional<std::array<double, N>> Numbers(const char* key, const char* expected) const {
     const toml::node* node = table_.get(key);
     if (!node) return std::nullopt;
-    const toml::array* numbers = node->as_array();
-    if (!numbers || numbers->size() != 2 || !(*numbers)[0].is_number() ||
-        !(*numbers)[1].is_number()) {
-      throw WrongType(*node, key, "two numbers [right, down]");
+    const toml::array* given = node->as_array();
+    if (!given || given->size() != N) throw WrongType(*node, key, expected);
+    std::array<double, N> numbers{};
+    for (std::size_t i = 0; i < N; ++i) {
+      if (!(*given)[i].is_number()) throw WrongType(*node, key, expected);
+      numbers[i] = *(*given)[i].value<double>();
     }
-    return std::array{*(*numbers)[0].value<double>(), *(*numbers)[1].value<double>()};
+    return numbers;
   }
   // UsageError at the key, where it is given.
   void Refuse(const char* key, const std::string& what, const std::string& fix) const {
@@ -155,7 +158,8 @@ LensletArray ReadLenslets(const toml::table& table, const std::string& where,
       lattice == "square" ? LensletArray::Lattice::kSquare : LensletArray::Lattice::kHexagonal;
   lenses.pitch_px = reader.Need(reader.Number("pitch_px"), "pitch_px");
   lenses.rays = reader.Need(reader.Integer("rays"), "rays");
-  const std::array<double, 2> offset = reader.Pair("offset_px").value_or(std::array{0.0, 0.0});
+  const std::array<double, 2> offset =
+      reader.Numbers<2>("offset_px", "two numbers [right, down]").value_or(std::array{0.0, 0.0});
   lenses.offset_x_px = offset[0];
   lenses.offset_y_px = offset[1];
   lenses.shift_odd_rows = reader.Truth("shift_odd_rows").value_or(lenses.shift_odd_rows);
@@ -196,13 +200,23 @@ Optics ReadOptics(const Reader& layer, const std::string& where, const std::stri
                    "add one, a barrier for instance with period_px, aperture_px and slots");
 }
 
+GlassPlate ReadPlate(const toml::table& table, const std::string& where, const std::string& layer) {
+  const Reader reader(table, where, layer + "'s plate", {"thickness_mm", "index", "normal"});
+  GlassPlate plate;
+  plate.thickness_mm = reader.Need(reader.Number("thickness_mm"), "thickness_mm");
+  plate.index = reader.Number("index").value_or(plate.index);
+  plate.normal = reader.Numbers<3>("normal", "three numbers [right, up, to the viewer]")
+                     .value_or(plate.normal);
+  return plate;
+}
+
 // A plane of [varifocal] has its position and magnification from there.
 Layer ReadLayer(const toml::table& table, const std::string& where, std::size_t index,
                 bool varifocal) {
   const std::string name = fmt::format("layer {}", index);
   const Reader reader(table, where, name,
                       {"position_mm", "d0_mm", "gap_mm", "index", "mirror_x", "magnification",
-                       "barrier", "lenslets", "lenticular"});
+                       "barrier", "lenslets", "lenticular", "plate"});
   Layer layer;
   if (varifocal) {
     for (const char* key : {"position_mm", "magnification"}) {
@@ -216,6 +230,9 @@ Layer ReadLayer(const toml::table& table, const std::string& where, std::size_t 
   ReadGap(reader, where, name, layer);
   layer.mirror_x = reader.Truth("mirror_x").value_or(false);
   layer.optics = ReadOptics(reader, where, name);
+  if (const toml::table* plate = reader.Table("plate")) {
+    layer.plate = ReadPlate(*plate, where, name);
+  }
   return layer;
 }
 
@@ -356,7 +373,11 @@ std::string ToToml(const Layer& layer, bool varifocal) {
   if (!varifocal && layer.magnification != 1) {
     text += fmt::format("magnification = {}\n", layer.magnification);
   }
-  return text + ToToml(layer.optics);
+  text += ToToml(layer.optics);
+  if (!layer.plate) return text;
+  const auto& [x, y, z] = layer.plate->normal;
+  return text + fmt::format("[layer.plate]\nthickness_mm = {}\nindex = {}\nnormal = [{}, {}, {}]\n",
+                            layer.plate->thickness_mm, layer.plate->index, x, y, z);
 }
 
 }  // namespace

@@ -62,9 +62,16 @@ std::string BytesToJudge(const fs::path& path) {
   return file && !EndIsLookedAt(start) ? start : ReadText(path);
 }
 
+// Rows of an EXR are coded by the thread that asks. With threads of OpenEXR's own every open file
+// would hold two blocks of rows for each, and a display's emitters are many files at once.
+void WithoutThreadsOfOpenExr() {
+  [[maybe_unused]] static const bool set = OIIO::attribute("exr_threads", -1);
+}
+
 // Opens the file and looks at its header. What is wrong with its end is found before a decoder sees
 // it, since those write to standard error of their own.
 std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
+  WithoutThreadsOfOpenExr();
   std::error_code error;
   if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
   const std::string why = WhyNotWhole(BytesToJudge(path));
@@ -465,9 +472,7 @@ struct ExrRowsWriter::State {
 ExrRowsWriter::ExrRowsWriter(const fs::path& path, const std::vector<std::string>& channels,
                              int width, int height, ExrType type, ExrCompression compression)
     : state_(new State{{path, ExrSpec(channels, width, height, type, compression)}}) {
-  // Rows are compressed by the thread that writes them. With threads of OpenEXR's own every open
-  // file would hold two blocks of rows for each, and a display's emitters are many files at once.
-  OIIO::attribute("exr_threads", -1);
+  WithoutThreadsOfOpenExr();
 }
 
 ExrRowsWriter::~ExrRowsWriter() = default;

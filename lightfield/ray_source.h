@@ -60,7 +60,8 @@ class RaySource {
   // holes is decided per whole bundle. Safe to call from many threads.
   virtual void Query(const RayBundle& bundle, const Rect& rectangle,
                      ImageSpan<RaySample> samples) const = 0;
-  // What a query of so many rays allocates meanwhile, at most; 0: hardly anything.
+  // What a query of so many rays allocates at most, meanwhile and for queries to come; 0: hardly
+  // anything. Not while others ask.
   virtual double QueryBytes(int /*width*/, int /*height*/) const { return 0; }
 };
 

@@ -27,8 +27,8 @@ void EmitterFiles::Write(const EmitterRows& rows) {
 }
 
 double EmitterFiles::Bytes() const {
-  // OpenEXR keeps a block of 32 rows, of four half floats a pixel, and what its compressor needs:
-  // the same twice and a table.
+  // Without threads of its own (image_io.cc) OpenEXR keeps a block of 32 rows, of four half floats
+  // a pixel, and what its compressor needs: the same twice and a table.
   constexpr double kBlockRows = 32, kPixelBytes = 8, kCopies = 3, kTableBytes = 1 << 17;
   double files = 0;
   for (const auto& layer : files_) files += static_cast<double>(layer.size());

@@ -43,12 +43,16 @@ void AddSynthMisalignment(CLI::App& synth, Invocation& invocation) {
       "Example: a prototype, and photographs of what it shows\n"
       "  lamella synth misalignment paper-two-layer --seed 7 --gap-mm 3 10 --out truth.json\n"
       "  lamella synth photos --misalignment truth.json --shots patterns/shots.json --views 12 \\\n"
-      "      --out taken");
+      "      --out taken\n"
+      "Planes of a varifocal display must keep their order: give --shift-mm less than half of "
+      "their\n"
+      "distance, and --turn-deg so small that their sides do not meet.");
   verb.callback([arguments, &invocation] {
     invocation.action = [arguments](Progress&) {
       std::tie(arguments->by.least_gap_mm, arguments->by.most_gap_mm) = arguments->gap_mm;
-      SaveCalibration(arguments->out, Misaligned(DesignCalibration(FindDisplay(arguments->display)),
-                                                 arguments->by, arguments->seed));
+      const Display display = FindDisplay(arguments->display);
+      SaveCalibration(arguments->out, Misaligned(DesignCalibration(display), arguments->by,
+                                                 arguments->seed, display.varifocal.has_value()));
       fmt::print("{}\n", arguments->out);
       return ExitCode::kDone;
     };

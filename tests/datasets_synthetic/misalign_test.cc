@@ -1,6 +1,7 @@
 // Misaligned displays against the bounds that were asked for.
 #include "datasets_synthetic/misalign.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -89,8 +90,11 @@ TEST(Misaligned, MovesAndMagnifiesThePlanesOfOneLensSheet) {
   }
   Misalignment by;
   by.shift_mm = 2;
-  const Calibration built = Misaligned(design, by, 1);
+  const Calibration built = Misaligned(design, by, 1, true);
   double widest_shift = 0;
+  EXPECT_THROW(Misaligned(design, {}, 1, true), Error);  // 20 mm: not in their order
+  by.most_gap_mm = 4;
+  EXPECT_THROW(Misaligned(design, by, 1, true), Error);
   for (std::size_t k = 0; k < built.layers.size(); ++k) {
     const LayerCalibration &plane = built.layers[k], &was = design.layers[k];
     const double larger = 1 + plane.emitter.scale;

@@ -235,7 +235,7 @@ TEST(Distribute, GivesTheSameEmittersInStrips) {
     options.prefilter = prefilter;
     const LayerImages whole = Distribute(scene, tall, options, SilentProgress());
     options.memory_gib = 1e-7;
-    int blocks = 0;  // of 32 rows, in four strips
+    int blocks = 0;  // of 32 rows, a strip each
     const SeenShares seen = Distribute(
         scene, tall, options, {},
         [&](const EmitterRows& rows) {

@@ -1,7 +1,6 @@
 // What distribution allocates against what it was allowed, counted at operator new.
 #include "distribute/strips.h"
 
-#include <optional>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -134,10 +133,10 @@ TEST(Strips, AreEvenWholeBlocksAndAsFewAsFit) {
   for (int layer = 0; layer < 2; ++layer) beams.push_back(EnclosingBeamsOf(display, layer));
   const NodeLattice nodes = NodesFor(display, beams, 1, 1, Kernel::kBeam);
   const Everything source;
-  const double all = BytesOfStrips(display, nodes, source, std::nullopt, 1080);
-  EXPECT_EQ(StripsOf(display, nodes, source, std::nullopt, all).size(), 1U);
+  const double all = BytesOfStrips(display, nodes, source, false, 1080);
+  EXPECT_EQ(StripsOf(display, nodes, source, false, all).size(), 1U);
   for (const double share : {0.95, 0.6, 0.4, 0.25, 0.0}) {
-    const std::vector<Strip> strips = StripsOf(display, nodes, source, std::nullopt, share * all);
+    const std::vector<Strip> strips = StripsOf(display, nodes, source, false, share * all);
     int row = 0;
     for (const Strip& strip : strips) {
       EXPECT_EQ(strip.first_row, row);
@@ -148,9 +147,12 @@ TEST(Strips, AreEvenWholeBlocksAndAsFewAsFit) {
     EXPECT_EQ(strips[0].rows() % kBlockRows, 0);
     const int count = static_cast<int>(strips.size());
     EXPECT_LT(strips[0].rows(), 1080 / count + kBlockRows);
-    if (share == 0) continue;
-    EXPECT_LE(BytesOfStrips(display, nodes, source, std::nullopt, strips[0].rows()), share * all);
-    EXPECT_GT(BytesOfStrips(display, nodes, source, std::nullopt, 1080 / (count - 1)), share * all);
+    if (share == 0) {
+      EXPECT_EQ(strips[0].rows(), kBlockRows);
+      continue;
+    }
+    EXPECT_LE(BytesOfStrips(display, nodes, source, false, strips[0].rows()), share * all);
+    EXPECT_GT(BytesOfStrips(display, nodes, source, false, 1080 / (count - 1)), share * all);
   }
 }
 

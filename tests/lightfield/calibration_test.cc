@@ -45,6 +45,23 @@ TEST(DesignCalibration, PutsThePanelsWhereTheDisplaySays) {
   EXPECT_NEAR(hit->emitter.x(), 24 + (5 - 5 * 25.0 / 390) / 0.5, 1e-12);
 }
 
+TEST(DesignCalibration, HasThePlateThatALayerIsSeenThrough) {
+  Display display = TwoLayers();
+  display.layers[1].plate = GlassPlate{3, 1.52, {2, 0, 2}};
+  const Calibration design = DesignCalibration(display);
+  EXPECT_NO_THROW(Check(design, "design"));
+  EXPECT_FALSE(design.layers[0].plate);
+  ASSERT_TRUE(design.layers[1].plate);
+  EXPECT_EQ(design.layers[1].plate->thickness_mm, 3);
+  EXPECT_EQ(design.layers[1].plate->index, 1.52);
+  // An eye on the axis sees through glass at 45 degrees t sin(45) (1 - cos(45)/sqrt(n^2 - 1/2))
+  // aside, towards where the glass is thicker for it.
+  const double aside = 3 * std::sqrt(0.5) * (1 - std::sqrt(0.5) / std::sqrt(1.52 * 1.52 - 0.5));
+  const auto hit = LayerSights(design.layers[1]).Seen({0, 0, 400}, {0, 0, -1});
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(std::abs(hit->modulator.x() - 24), aside / 0.5, 1e-9);
+}
+
 // hex_centre of displays.md section 6, L = 13: (1, 0) is at (13, 16.88749537) px.
 TEST(DesignCalibration, PutsHexagonalLensesWhereTheReferenceHasThem) {
   Display display = TwoLayers();

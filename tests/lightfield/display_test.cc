@@ -86,6 +86,22 @@ TEST(DisplayToml, ReadsBackWhatItWrote) {
   EXPECT_EQ(ParseDisplay(ToToml(display), "again"), display);
 }
 
+TEST(DisplayToml, ReadsThePlateThatALayerIsSeenThrough) {
+  const std::string toml =
+      std::string(kToml) + "[layer.plate]\nthickness_mm = 3\nindex = 1.52\nnormal = [1, 0, 1]\n";
+  const Display display = ParseDisplay(toml, "d.toml");
+  EXPECT_FALSE(display.layers[0].plate);
+  EXPECT_EQ(display.layers[1].plate, (GlassPlate{3, 1.52, {1, 0, 1}}));
+  EXPECT_EQ(ParseDisplay(ToToml(display), "again"), display);
+  EXPECT_THAT(Refusal(Replaced(toml, "thickness_mm = 3", "")),
+              HasSubstr("layer 1's plate has no \"thickness_mm\""));
+  EXPECT_THAT(Refusal(Replaced(toml, "[1, 0, 1]", "[1, 1]")),
+              HasSubstr("give three numbers [right, up, to the viewer]"));
+  EXPECT_THAT(Refusal(Replaced(toml, "[1, 0, 1]", "[1, 0, 0]")),
+              HasSubstr("layer 1: the plate's normal = [1, 0, 0]"));
+  EXPECT_THAT(Refusal(Replaced(toml, "1.52", "0.5")), HasSubstr("layer 1: the plate's index"));
+}
+
 TEST(DisplayToml, SaysNothingOfPanelsThatDoNotLeak) {
   EXPECT_THAT(ToToml(BarrierAndLenses()), Not(HasSubstr("contrast")));
   EXPECT_THAT(ToToml(BarrierAndLenses()), Not(HasSubstr("crosstalk")));

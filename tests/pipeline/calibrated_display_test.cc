@@ -239,6 +239,7 @@ TEST(CalibratedDisplay, ShowsTheSceneFromNewPositionsThoughItsPanelsStandAskew) 
                               std::to_string(errors.uncorrected) + " a homography per layer " +
                               std::to_string(errors.per_layer) + " per panel " +
                               std::to_string(errors.per_panel);
+  RecordProperty("view_error", figures);
   fmt::print("view error: {}\n", figures);
   EXPECT_LT(10 * errors.corrected, errors.uncorrected) << figures;
   EXPECT_LT(3 * errors.corrected, errors.per_layer) << figures;

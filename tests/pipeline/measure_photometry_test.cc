@@ -118,7 +118,7 @@ SynthPhotosOptions CameraOf(const fs::path& folder) {
   options.misalignment = (folder / "true.json").string();
   options.shots = (folder / "light/shots.json").string();
   options.cameras = (folder / "cameras.json").string();
-  options.samples = 16;  // of fewer, boards' corners are noisy and poses from them off
+  options.samples = 16;  // with fewer, boards' corners are noisy and poses from them are off
   options.exposure = 1.4;
   options.full_well_e = 30000;
   options.read_noise_e = 4;

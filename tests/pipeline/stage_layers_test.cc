@@ -283,7 +283,7 @@ TEST(StageLayers, WritesTheSameBytesWithAnyMemoryAndSaysHowMuchItNeeds) {
   const StageReport whole = MakeLayers(workspace, options);
   EXPECT_TRUE(whole.warnings.empty());
   const std::string hash = LoadStageRecord(workspace, "layers")->OutputsHash();
-  options.memory_gib = 0.01;  // less than the program itself takes: three strips
+  options.memory_gib = 0.01;  // less than the program itself takes: strips of 32 rows
   const StageReport strips = MakeLayers(workspace, options);
   EXPECT_EQ(LoadStageRecord(workspace, "layers")->OutputsHash(), hash);
   ASSERT_EQ(strips.warnings.size(), 1U);
