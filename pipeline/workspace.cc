@@ -72,6 +72,16 @@ void RemovePartialFiles(const fs::path& folder) {
   for (const fs::path& path : partial) fs::remove_all(path);
 }
 
+// Of an earlier run. Its record stays until the next one takes its place: without it a run that is
+// killed meanwhile would leave a folder that nobody knows as a stage's.
+void RemoveOutputs(const fs::path& folder) {
+  std::vector<fs::path> outputs;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().filename() != kStageFile) outputs.push_back(entry.path());
+  }
+  for (const fs::path& path : outputs) fs::remove_all(path);
+}
+
 std::vector<OutputFile> ListOutputs(const fs::path& folder) {
   std::vector<OutputFile> outputs;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -136,14 +146,17 @@ StageRun::StageRun(const Workspace& workspace, std::string stage, std::string in
   const std::optional<StageRecord> earlier = LoadStageRecord(workspace, stage);
   resumed_ = earlier && !earlier->finished && SameKey(*earlier, record_);
   std::error_code error;
+  // A run may have been killed while it wrote its record.
+  if (!earlier) fs::remove(AtomicFile(folder_ / kStageFile).temporary(), error);
   if (!earlier && fs::exists(folder_, error) && !fs::is_empty(folder_, error)) {
     throw InputError(folder_.string(), "holds files that lamella has not written",
                      "choose another --workspace or empty that folder");
   }
   if (!resumed_ && earlier) {
-    fs::remove_all(folder_, error);
-    if (error) {
-      throw MachineError(folder_.string(), "can't be emptied (" + error.message() + ")",
+    try {
+      RemoveOutputs(folder_);
+    } catch (const fs::filesystem_error& failed) {
+      throw MachineError(folder_.string(), "can't be emptied (" + failed.code().message() + ")",
                          "check its permissions, then run the same command again");
     }
   }

@@ -62,6 +62,14 @@ TEST(StageRun, KeepsFinishedFilesOfAKilledRunOfTheSameKeyOnly) {
   EXPECT_FALSE(fs::exists(other.folder() / "a.txt"));
 }
 
+TEST(StageRun, BeginsWhereOneWasKilledBeforeItsRecordWasWhole) {
+  const Workspace workspace(ScratchFolder());
+  fs::create_directories(workspace.Stage("depth"));
+  WriteTextAtomically(workspace.Stage("depth") / "stage.partial.json", "{");
+  EXPECT_NO_THROW(StageRun(workspace, "depth", "i", "o"));
+  EXPECT_FALSE(fs::exists(workspace.Stage("depth") / "stage.partial.json"));
+}
+
 TEST(StageRun, DoesNotTouchAFolderThatIsNotItsOwn) {
   const Workspace workspace = Fresh();
   CreateFolder(workspace.Stage("depth"));
