@@ -89,14 +89,16 @@ StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord reco
                        const LayersOptions& options, const std::string& note, StageRun& run,
                        Progress& progress) {
   if (!note.empty()) progress.Warn(note);
-  const auto has_plate = [](const Layer& layer) { return layer.plate.has_value(); };
-  const std::vector<Layer>& layers = record.display.layers;
-  if (!record.calibration && std::any_of(layers.begin(), layers.end(), has_plate)) {
-    progress.Warn("rays are drawn as if no glass were before the layers: give --calibration");
-  }
   const PictureSize picture{record.placement.picture_width_mm, record.placement.picture_height_mm};
   EmitterFiles files(run.folder(), record.display);
   std::vector<std::string> warnings;
+  const auto has_plate = [](const Layer& layer) { return layer.plate.has_value(); };
+  const std::vector<Layer>& layers = record.display.layers;
+  if (!record.calibration && std::any_of(layers.begin(), layers.end(), has_plate)) {
+    warnings.emplace_back(
+        "rays are drawn as if no glass were before the layers: give --calibration");
+    progress.Warn(warnings.back());
+  }
   const std::unique_ptr<const RaySource> placed = Placed(*world, record.placement);
   const SeenShares seen = Distribute(
       *placed, record.display, WithMemoryLeft(options, *placed, record, files, warnings, progress),
