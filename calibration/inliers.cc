@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -40,6 +41,21 @@ std::string Doubt(double share_inside, double slip_px, double usual_slip_px, dou
   return "";
 }
 
+// Of each kind.
+std::map<int, double> DeviationsOf(const std::vector<Eigen::Matrix2Xd>& residuals,
+                                   const std::vector<PhotoKind>& photos) {
+  constexpr std::size_t kFewest = 3;
+  std::map<int, std::vector<Eigen::Matrix2Xd>> of_kind;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    of_kind[photos[i].kind].push_back(residuals[i]);
+  }
+  std::map<int, double> deviations;
+  for (const auto& [kind, some] : of_kind) {
+    deviations[kind] = RobustDeviation(some.size() < kFewest ? residuals : some);
+  }
+  return deviations;
+}
+
 }  // namespace
 
 double RobustDeviation(const std::vector<Eigen::Matrix2Xd>& residuals) {
@@ -53,14 +69,15 @@ double RobustDeviation(const std::vector<Eigen::Matrix2Xd>& residuals) {
 
 TrimmedPoints TrimPoints(const std::vector<Eigen::Matrix2Xd>& residuals,
                          const std::vector<Eigen::Vector2d>& slips_px,
-                         const std::vector<std::string>& labels) {
-  const double deviation = RobustDeviation(residuals);
+                         const std::vector<PhotoKind>& photos) {
+  const std::map<int, double> deviations = DeviationsOf(residuals, photos);
   std::vector<double> slips;
   for (const Eigen::Vector2d& slip : slips_px) slips.push_back(slip.squaredNorm());
   const double usual_slip = std::sqrt(MedianSquare(slips) / kMedianOfSquares);
   TrimmedPoints trimmed;
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     const std::vector<double> squares = Squares(residuals[i]);
+    const double deviation = deviations.at(photos[i].kind);
     std::vector<char>& inlier = trimmed.inlier.emplace_back();
     double inside = 0;
     for (const double square : squares) {
@@ -73,7 +90,7 @@ TrimmedPoints TrimPoints(const std::vector<Eigen::Matrix2Xd>& residuals,
                                   std::sqrt(MedianSquare(squares) / kMedianOfSquares) / deviation);
     if (why.empty()) continue;
     inlier.assign(squares.size(), 0);
-    trimmed.rejected.push_back(labels[i] + ": " + why);
+    trimmed.rejected.push_back(photos[i].label + ": " + why);
   }
   return trimmed;
 }

@@ -19,11 +19,18 @@ struct TrimmedPoints {
   std::vector<std::vector<char>> inlier;  // per photograph and point
   std::vector<std::string> rejected;      // "LABEL: why" of whole photographs
 };
-// Points within 4 robust deviations, of photographs that agree with the rest: half of whose points
-// or more are such, that are shifted by no more than six times what others are (slips_px, one of
-// each photograph, or none), and whose points scatter no more than twice as much as all do.
+// Photographs of one kind, whose points may scatter alike and otherwise than those of other kinds:
+// of one plane, which is as sharp in all.
+struct PhotoKind {
+  std::string label;
+  int kind = 0;
+};
+// Points within 4 robust deviations of their kind (of all, where it has fewer than 3 photographs),
+// of photographs that agree with the rest: half of whose points or more are such, that are shifted
+// by no more than six times what others are (slips_px, one of each photograph, or none), and whose
+// points scatter no more than twice as much as their kind's.
 TrimmedPoints TrimPoints(const std::vector<Eigen::Matrix2Xd>& residuals,
                          const std::vector<Eigen::Vector2d>& slips_px,
-                         const std::vector<std::string>& labels);
+                         const std::vector<PhotoKind>& photos);
 
 }  // namespace lamella

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "calibration/homography.h"
+#include "calibration/lens_shares.h"
 #include "lightfield/median.h"
 #include "lightfield/panel_rays.h"
 
@@ -74,8 +76,8 @@ struct SeenLens {
   Vector2d lens_px, image_px;
 };
 
-// The middle of a patch without what lies far off it, wrong fringes of other lenses.
-SeenLens MiddleOf(const Patch& patch, double most_off_px) {
+// The middle of a patch's pixels without what lies far off it, wrong fringes of other lenses.
+Vector2d RoughMiddle(const Patch& patch, double most_off_px) {
   const Vector2d median(Median(patch.x), Median(patch.y));
   Vector2d sum(0, 0);
   double num = 0;
@@ -85,23 +87,51 @@ SeenLens MiddleOf(const Patch& patch, double most_off_px) {
     sum += at;
     num += 1;
   }
-  return {patch.lens_px, sum / num};
+  return sum / num;
 }
 
-// Whether a patch has neighbours on all sides that are seen themselves, by half at least: what lies
-// beside lenses that end at the dark was not decoded, so that their middle is off.
-bool IsEnclosed(const Patch& patch, const std::vector<Patch>& patches, double pitch_px,
-                std::size_t num_neighbours, double whole) {
-  std::size_t seen = 0;
-  for (const Patch& other : patches) {
-    if (static_cast<double>(other.x.size()) < 0.5 * whole) continue;
-    const double apart = (other.lens_px - patch.lens_px).norm();
-    if (apart > 0.5 * pitch_px && apart < 1.2 * pitch_px) ++seen;
+// The patches around one, across the corners of square lenses, too, that are seen by half at least.
+std::vector<std::size_t> NeighboursOf(const Patch& patch, const std::vector<Patch>& patches,
+                                      double pitch_px, double whole) {
+  std::vector<std::size_t> neighbours;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (static_cast<double>(patches[i].x.size()) < 0.5 * whole) continue;
+    const double apart = (patches[i].lens_px - patch.lens_px).norm();
+    if (apart > 0.5 * pitch_px && apart < 1.6 * pitch_px) neighbours.push_back(i);
   }
-  return seen >= num_neighbours;
+  return neighbours;
 }
 
-// Of lenses that are seen about as whole as most.
+// Of each patch its neighbours, if it is seen about as whole as most and has them on all sides:
+// what lies beside lenses that end at the dark is not told apart. Else none.
+std::vector<std::vector<std::size_t>> NeighboursOfWhole(const std::vector<Patch>& patches,
+                                                        LensLattice::Type type, double pitch_px,
+                                                        double whole) {
+  const std::size_t all_around = type == LensLattice::Type::kHexagonal ? 6 : 8;
+  std::vector<std::vector<std::size_t>> neighbours(patches.size());
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (static_cast<double>(patches[i].x.size()) < 0.75 * whole) continue;
+    neighbours[i] = NeighboursOf(patches[i], patches, pitch_px, whole);
+    if (neighbours[i].size() < all_around) neighbours[i].clear();
+  }
+  return neighbours;
+}
+
+// Of those with neighbours.
+std::vector<std::optional<Vector2d>> MiddlesByShares(
+    const ScreenMap& map, const std::vector<LensInPhoto>& lenses,
+    const std::vector<std::vector<std::size_t>>& neighbours) {
+  std::vector<std::optional<Vector2d>> middles(lenses.size());
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    if (neighbours[i].empty()) continue;
+    std::vector<LensInPhoto> around;
+    for (const std::size_t j : neighbours[i]) around.push_back(lenses[j]);
+    middles[i] = MiddleByShares(map, lenses[i], around);
+  }
+  return middles;
+}
+
+// Of all whole lenses, their middles from rough ones and then again from these.
 std::vector<SeenLens> WholeLenses(const ScreenMap& map, const PanelCalibration& panel,
                                   const LensLattice& lattice, double pitch_px) {
   const std::vector<Patch> patches = PatchesOf(map, panel, lattice);
@@ -111,12 +141,20 @@ std::vector<SeenLens> WholeLenses(const ScreenMap& map, const PanelCalibration& 
   // Of all sizes the upper quartile: a rim of lenses is seen in part.
   const auto whole = sizes.begin() + static_cast<std::ptrdiff_t>(3 * sizes.size() / 4);
   std::nth_element(sizes.begin(), whole, sizes.end());
-  const std::size_t neighbours = lattice.type == LensLattice::Type::kHexagonal ? 6 : 4;
-  std::vector<SeenLens> lenses;
+  const double width_px = std::sqrt(*whole);
+  std::vector<LensInPhoto> in_photo;
   for (const Patch& patch : patches) {
-    if (static_cast<double>(patch.x.size()) < 0.75 * *whole) continue;
-    if (!IsEnclosed(patch, patches, pitch_px, neighbours, *whole)) continue;
-    lenses.push_back(MiddleOf(patch, std::sqrt(*whole)));
+    in_photo.push_back(LensAt(map, RoughMiddle(patch, width_px), width_px));
+  }
+  const auto neighbours = NeighboursOfWhole(patches, lattice.type, pitch_px, *whole);
+  const auto first = MiddlesByShares(map, in_photo, neighbours);
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (first[i]) in_photo[i] = LensAt(map, *first[i], width_px);
+  }
+  const auto middles = MiddlesByShares(map, in_photo, neighbours);
+  std::vector<SeenLens> lenses;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (middles[i]) lenses.push_back({patches[i].lens_px, *middles[i]});
   }
   return lenses;
 }

@@ -10,8 +10,8 @@
 namespace lamella {
 
 // Through each lens a camera sees one small part of the panel, the same all over the lens. So the
-// panel's point that a photograph's pixel sees tells which lens it is, and the middle of the pixels
-// that see a lens is where the lens's centre is seen. The photograph must be taken from within the
+// panel's point that a photograph's pixel sees tells which lens it is, and the middle of the area
+// that shows a lens (lens_shares.h) is where the lens's centre is seen. The photograph must be taken from within the
 // lenses' own angles, where emitters are seen through the nearest lens, and show a lens with 5 px
 // or more.
 //

@@ -21,6 +21,10 @@ constexpr int kErosionPx = 3;
 constexpr double kMostOffPlane = 4;  // sigma
 constexpr std::int64_t kGrainRows = 16;
 
+double SigmaOf(const SensorNoise& noise, double light) {
+  return std::sqrt(noise.per_light * std::max(0.0, light) + noise.constant);
+}
+
 // A and B e^(i phi) of a pixel.
 struct Sinusoid {
   double mean = 0, cosine = 0, sine = 0;
@@ -167,16 +171,38 @@ Image<std::uint8_t> Eroded(const Image<std::uint8_t>& mask, int radius) {
   return out;
 }
 
+bool HasLight(const PhaseCapture& capture, double sigma, int x, int y) {
+  const auto white = static_cast<double>(capture.white(x, y));
+  return white - static_cast<double>(capture.black(x, y)) > kLeastContrast * sigma;
+}
+
+// Of one series, at all pixels where white is 10 sigma above black and nothing is overexposed.
+Image<std::complex<float>> SinusoidsOf(const Steps& steps, const PhaseCapture& capture,
+                                       const SensorNoise& noise) {
+  const int width = capture.white.width, height = capture.white.height;
+  const auto root = std::sqrt(static_cast<double>(steps.series().steps) / 2);
+  Image<std::complex<float>> sinusoids(width, height);
+  ParallelFor(0, height, kGrainRows, [&](std::int64_t first, std::int64_t last) {
+    for (int y = static_cast<int>(first); y < last; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const Sinusoid s = steps.At(x, y);
+        const double sigma = SigmaOf(noise, s.mean);
+        if (!HasLight(capture, sigma, x, y) || steps.Brightest(x, y) >= kSaturated) continue;
+        sinusoids(x, y) = {static_cast<float>(root * s.cosine), static_cast<float>(root * s.sine)};
+      }
+    }
+  });
+  return sinusoids;
+}
+
 // Light and modulation suffice for both axes.
 bool IsLit(const PhaseCapture& capture, const std::vector<Steps>& axis, const SensorNoise& noise,
            int x, int y) {
   const Steps& fine = axis.front();
   const Sinusoid s = fine.At(x, y);
-  const double sigma = std::sqrt(noise.per_light * std::max(0.0, s.mean) + noise.constant);
-  const auto white = static_cast<double>(capture.white(x, y));
-  const double contrast = white - static_cast<double>(capture.black(x, y));
+  const double sigma = SigmaOf(noise, s.mean);
   return s.modulation() > kLeastModulation * sigma * std::sqrt(2.0 / fine.series().steps) &&
-         fine.Brightest(x, y) < kSaturated && contrast > kLeastContrast * sigma;
+         fine.Brightest(x, y) < kSaturated && HasLight(capture, sigma, x, y);
 }
 
 const Steps& SeriesOfPeriod(const std::vector<Steps>& axis, int period_px) {
@@ -215,7 +241,7 @@ Position Unwrap(const std::vector<Steps>& axis, const SensorNoise& noise, int si
     const double coarse = position.px;
     position.px = period * (turns + std::round(coarse / period - turns));
     position.agrees = position.agrees && std::abs(position.px - coarse) < period / 4;
-    const double sigma = std::sqrt(noise.per_light * std::max(0.0, s.mean) + noise.constant);
+    const double sigma = SigmaOf(noise, s.mean);
     position.sigma =
         period / kFullTurn * std::sqrt(2.0 / steps->series().steps) * sigma / s.modulation();
   }
@@ -311,7 +337,12 @@ ScreenMap DecodePhase(const PhaseCapture& capture, const std::optional<SensorNoi
     }
   });
   map.valid = known.Clone();
-  if (capture.through_lenses) return map;
+  if (capture.through_lenses) {
+    for (const auto* axis : {&u, &v}) {
+      for (const Steps& steps : *axis) map.sinusoids.push_back(SinusoidsOf(steps, capture, sensor));
+    }
+    return map;
+  }
   KeepWhatLiesInPlane(map.u_px, map.sigma_u, known, map.valid);
   KeepWhatLiesInPlane(map.v_px, map.sigma_v, known, map.valid);
   return map;

@@ -29,7 +29,7 @@ struct PhaseCapture {
   int width_px = 0, height_px = 0;  // of the panel
   // Seen through lenses (lens_sightings.h): seams between them are everywhere, and within them what
   // is seen is flat. Pixels are left out within 1 px of any without enough light, not 3, and their
-  // neighbours' plane is not asked for.
+  // neighbours' plane is not asked for. The map has its sinusoids.
   bool through_lenses = false;
 };
 

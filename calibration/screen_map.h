@@ -1,6 +1,7 @@
 // Which point of a panel every pixel of a photograph sees, and grid observations from that.
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct ScreenMap {
   Image<float> u_px, v_px;        // seen at the centre of the photograph's pixel
   Image<float> sigma_u, sigma_v;  // standard deviations, panel px
   Image<std::uint8_t> valid;
+  // Of photographs through lenses alone, also where a pixel sees several and is not valid: the
+  // sinusoids of all series, sqrt(N/2) B e^(i phi), which are linear in light and have the noise of
+  // one photograph each; 0 in pixels that are dark or overexposed.
+  std::vector<Image<std::complex<float>>> sinusoids = {};
   int width() const { return valid.width(); }
   int height() const { return valid.height(); }
 };

@@ -49,18 +49,20 @@ CalibrationState Approach(CalibrationState state, const Structure& structure,
   return state;
 }
 
-std::vector<std::string> Labels(const Observations& observations) {
-  std::vector<std::string> labels;
+// Panels are about equally sharp: all photographs are of one kind.
+std::vector<PhotoKind> KindsOf(const Observations& observations) {
+  std::vector<PhotoKind> kinds;
   for (const PanelPhoto& photo : observations.photos) {
-    labels.push_back(fmt::format("{} ({})", photo.photo, NameOf(photo.panel)));
+    kinds.push_back({fmt::format("{} ({})", photo.photo, NameOf(photo.panel)), 0});
   }
-  return labels;
+  return kinds;
 }
 
 void Trim(const Observations& observations, const Residuals& residuals, Fit& fit) {
   const bool slips = !fit.columns.slip.empty();
-  TrimmedPoints trimmed = TrimPoints(
-      residuals, slips ? fit.state.slips_px : std::vector<Eigen::Vector2d>{}, Labels(observations));
+  TrimmedPoints trimmed =
+      TrimPoints(residuals, slips ? fit.state.slips_px : std::vector<Eigen::Vector2d>{},
+                 KindsOf(observations));
   fit.weighting.inlier = std::move(trimmed.inlier);
   fit.rejected = std::move(trimmed.rejected);
 }

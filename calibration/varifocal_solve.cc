@@ -53,9 +53,11 @@ void Approach(const VarifocalTask& task, const VarifocalColumns& columns, Varifo
 }
 
 void Trim(const VarifocalTask& task, VarifocalFit& fit) {
-  std::vector<std::string> labels;
-  for (const VarifocalPhoto& photo : PhotosOf(task.observations)) labels.push_back(photo.label);
-  TrimmedPoints trimmed = TrimPoints(ResidualsOf(fit.state, task), fit.state.slips_px, labels);
+  std::vector<PhotoKind> photos;
+  for (const VarifocalPhoto& photo : PhotosOf(task.observations)) {
+    photos.push_back({photo.label, photo.plane});
+  }
+  TrimmedPoints trimmed = TrimPoints(ResidualsOf(fit.state, task), fit.state.slips_px, photos);
   fit.weighting.inlier = std::move(trimmed.inlier);
   fit.rejected = std::move(trimmed.rejected);
 }

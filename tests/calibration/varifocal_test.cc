@@ -23,6 +23,8 @@
 namespace lamella {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -257,6 +259,26 @@ TEST(Varifocal, ToleratesWrongPointsAndPhotographs) {
   const Accuracy accuracy = AccuracyOf(report, scene);
   EXPECT_LT(accuracy.depth_mm, 0.03);
   EXPECT_LT(accuracy.magnification, 1e-4);
+}
+
+// As one that is out of focus from everywhere is, at the end of a display that is deeper than the
+// camera's depth of field; one photograph of another plane is less sharp than the others of it.
+TEST(Varifocal, HoldsAPlanesPhotographsAgainstItsOwn) {
+  VarifocalScene scene = MakeVarifocalScene(Few());
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 0.28);  // px; 0.1 px is stated
+  std::string unsharp;
+  for (PlanePhoto& photo : scene.observations.photos) {
+    const bool is_unsharp = photo.plane == 0 && photo.view == 4;
+    if (is_unsharp) unsharp = photo.photo;
+    if (photo.plane != 1 && !is_unsharp) continue;
+    for (Observation& point : photo.points) {
+      point.image_px += Eigen::Vector2d(noise(random), noise(random));
+    }
+  }
+  const VarifocalReport report = Solved(scene);
+  EXPECT_THAT(report.rejected, ElementsAre(AllOf(HasSubstr(unsharp), HasSubstr("out of focus"))));
+  EXPECT_LT(AccuracyOf(report, scene).depth_mm, 0.1);
 }
 
 TEST(Varifocal, FreesBowAndPincushionOnlyWherePlanesHaveThem) {
