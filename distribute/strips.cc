@@ -116,14 +116,17 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
   const bool blurs = !nodes.planes_mm.empty();
   // What beams of a strip's rows reach beyond it, by their width and by where layers and panels
   // stand, is what all rows' beams reach beyond the panel.
-  const int beyond = static_cast<int>(std::ceil(
-      std::max(per_row * (elements + 2), whole_height - per_row * display.emitter_rows())));
+  const double beam = per_row * (elements + 2);
+  const int beyond =
+      static_cast<int>(std::ceil(std::max(beam, whole_height - per_row * display.emitter_rows())));
   const int reach = blurs ? whole_height : beyond;
   const int height =
       std::min(static_cast<int>(std::ceil(per_row * rows)) + reach, std::max(whole_height, 1));
   const double samples = static_cast<double>(width) * height * sizeof(RaySample);
-  // A thread filters a few rows of samples, and gives away a block of emitters in two forms.
-  const double of_thread = kNodesAtATime * 2.0 * reach * width * sizeof(Light) +
+  // A thread filters the rows of samples of one beam, and gives away a block of emitters in two
+  // forms.
+  const double filtered = blurs ? whole_height : std::ceil(beam);
+  const double of_thread = kNodesAtATime * 2.0 * filtered * width * sizeof(Light) +
                            2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
   const double beams =
       own_beams ? BytesOfOwnBeams(display, nodes, rows) : BytesOfBeams(display, nodes, rows);
