@@ -82,9 +82,9 @@ Image<std::complex<float>> PixelsAlongRows(const Image<std::complex<float>>& sam
   Image<std::complex<float>> pixels(samples.height(), samples.width() / fine);
   for (int y = 0; y < samples.height(); ++y) {
     for (int x = 0; x < pixels.height(); ++x) {
-      for (int k = -radius; k < radius; ++k) {
-        const int from = std::clamp(fine * x + fine / 2 + k, 0, samples.width() - 1);
-        pixels(y, x) += kernel[static_cast<std::size_t>(k + radius)] * samples(from, y);
+      int from = fine * x + fine / 2 - radius;
+      for (const float weight : kernel) {
+        pixels(y, x) += weight * samples(std::clamp(from++, 0, samples.width() - 1), y);
       }
     }
   }
