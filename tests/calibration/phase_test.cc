@@ -2,6 +2,7 @@
 #include "calibration/phase.h"
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <random>
 #include <string>
@@ -216,6 +217,32 @@ TEST(DecodePhase, LeavesOutWhatIsDarkOrOverexposed) {
     for (int x = 57; x < 80; ++x) EXPECT_EQ(map.valid(x, y), 0) << x << " " << y;
   }
   EXPECT_EQ(map.valid(40, 40), 1);
+}
+
+TEST(DecodePhase, HasTheSinusoidsThroughLensesOnly) {
+  constexpr int kSize = 60;
+  const Vector2d where(500, 300);
+  PhasePhotographs photos = Ideal(kSize, 0.8, where, 3);
+  for (Image<float>& image : photos.images) image(7, 9) = 0.01F;
+  EXPECT_TRUE(DecodePhase(photos.capture).sinusoids.empty());
+  photos.capture.through_lenses = true;
+  const ScreenMap map = DecodePhase(photos.capture, SensorNoise{0, kSigma * kSigma});
+  const auto all = PhaseSeriesOf(kPanelWidth, kPanelHeight);
+  ASSERT_EQ(map.sinusoids.size(), all.size());
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    EXPECT_EQ(map.sinusoids[s](7, 9), std::complex<float>(0, 0));
+    double sum = 0;
+    for (int y = 20; y < kSize; ++y) {
+      for (int x = 20; x < kSize; ++x) {
+        const double at = all[s].axis == PanelAxis::kU ? where.x() + (x + 0.5) / 2.2
+                                                       : where.y() + (y + 0.5) / 2.2;
+        const auto truth = std::polar(std::sqrt(all[s].steps / 2.0) * 0.45 * 0.8,
+                                      2 * std::numbers::pi * at / all[s].period_px);
+        sum += std::norm(std::complex<double>(map.sinusoids[s](x, y)) - truth) / 2;
+      }
+    }
+    EXPECT_NEAR(std::sqrt(sum) / (kSize - 20), kSigma, 0.03 * kSigma) << s;
+  }
 }
 
 TEST(DecodePhase, RefusesWhatIsNotWhole) {
