@@ -41,17 +41,22 @@ std::string Doubt(double share_inside, double slip_px, double usual_slip_px, dou
   return "";
 }
 
-// Of each kind.
+// Of each kind; no more than a few times that of all, which wrong photographs of a whole kind
+// exceed.
 std::map<int, double> DeviationsOf(const std::vector<Eigen::Matrix2Xd>& residuals,
                                    const std::vector<PhotoKind>& photos) {
   constexpr std::size_t kFewest = 3;
+  constexpr double kMost = 5;
+  const double of_all = RobustDeviation(residuals);
   std::map<int, std::vector<Eigen::Matrix2Xd>> of_kind;
   for (std::size_t i = 0; i < residuals.size(); ++i) {
-    of_kind[photos[i].kind].push_back(residuals[i]);
+    std::vector<Eigen::Matrix2Xd>& same = of_kind[photos[i].kind];
+    if (residuals[i].cols() > 0) same.push_back(residuals[i]);
   }
   std::map<int, double> deviations;
   for (const auto& [kind, some] : of_kind) {
-    deviations[kind] = RobustDeviation(some.size() < kFewest ? residuals : some);
+    deviations[kind] =
+        some.size() < kFewest ? of_all : std::min(RobustDeviation(some), kMost * of_all);
   }
   return deviations;
 }

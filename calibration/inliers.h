@@ -19,8 +19,8 @@ struct TrimmedPoints {
   std::vector<std::vector<char>> inlier;  // per photograph and point
   std::vector<std::string> rejected;      // "LABEL: why" of whole photographs
 };
-// Photographs of one kind, whose points may scatter alike and otherwise than those of other kinds:
-// of one plane, which is as sharp in all.
+// A photograph and its kind, whose points may scatter otherwise than those of other kinds, up to 5
+// times as much: a plane, which is about as sharp in all photographs.
 struct PhotoKind {
   std::string label;
   int kind = 0;

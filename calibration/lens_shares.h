@@ -21,13 +21,13 @@ struct LensInPhoto {
 // As wide as `width_px` of the photograph.
 LensInPhoto LensAt(const ScreenMap& map, const Eigen::Vector2d& middle_px, double width_px);
 
-// Pixels on the seams between lenses see two or three of them. A pixel's sinusoids add as light
+// Pixels on the seams between lenses see two to four of them. A pixel's sinusoids add as light
 // does: they are those of the lenses, each by its share of the pixel. The middle is that of all
 // pixels by their shares. Shares have the camera's blur in them, so that the sum over pixels is as
 // good as the integral (what is left at a blur of s px is of exp(-2 pi^2 s^2) by Poisson's formula:
 // 6e-5 at 0.7), where the middle of whole pixels beats with the grid of pixels by a tenth of one.
-// Nothing where a pixel or a neighbour is dark or overexposed, where the photograph ends, or where
-// lenses side by side show the same. `neighbours` are those all around.
+// Nothing where a pixel or a neighbour is dark or overexposed, or where the photograph ends.
+// `neighbours` are those all around, 8 at most.
 std::optional<Eigen::Vector2d> MiddleByShares(const ScreenMap& map, const LensInPhoto& lens,
                                               const std::vector<LensInPhoto>& neighbours);
 

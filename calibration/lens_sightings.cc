@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "calibration/lens_shares.h"
 #include "lightfield/median.h"
 #include "lightfield/panel_rays.h"
+#include "lightfield/parallel.h"
 
 namespace lamella {
 namespace {
@@ -76,8 +78,9 @@ struct SeenLens {
   Vector2d lens_px, image_px;
 };
 
-// The middle of a patch's pixels without what lies far off it, wrong fringes of other lenses.
-Vector2d RoughMiddle(const Patch& patch, double most_off_px) {
+// The middle of a patch's pixels without what lies far off it, wrong fringes of other lenses;
+// nothing where all do.
+std::optional<Vector2d> RoughMiddle(const Patch& patch, double most_off_px) {
   const Vector2d median(Median(patch.x), Median(patch.y));
   Vector2d sum(0, 0);
   double num = 0;
@@ -87,7 +90,8 @@ Vector2d RoughMiddle(const Patch& patch, double most_off_px) {
     sum += at;
     num += 1;
   }
-  return sum / num;
+  if (num == 0) return std::nullopt;
+  return Vector2d(sum / num);
 }
 
 // The patches around one, across the corners of square lenses, too, that are seen by half at least.
@@ -122,12 +126,13 @@ std::vector<std::optional<Vector2d>> MiddlesByShares(
     const ScreenMap& map, const std::vector<LensInPhoto>& lenses,
     const std::vector<std::vector<std::size_t>>& neighbours) {
   std::vector<std::optional<Vector2d>> middles(lenses.size());
-  for (std::size_t i = 0; i < lenses.size(); ++i) {
-    if (neighbours[i].empty()) continue;
+  ParallelForEach(0, static_cast<std::int64_t>(lenses.size()), [&](std::int64_t k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (neighbours[i].empty()) return;
     std::vector<LensInPhoto> around;
     for (const std::size_t j : neighbours[i]) around.push_back(lenses[j]);
     middles[i] = MiddleByShares(map, lenses[i], around);
-  }
+  });
   return middles;
 }
 
@@ -144,7 +149,8 @@ std::vector<SeenLens> WholeLenses(const ScreenMap& map, const PanelCalibration& 
   const double width_px = std::sqrt(*whole);
   std::vector<LensInPhoto> in_photo;
   for (const Patch& patch : patches) {
-    in_photo.push_back(LensAt(map, RoughMiddle(patch, width_px), width_px));
+    const auto middle = RoughMiddle(patch, width_px);
+    in_photo.push_back(middle ? LensAt(map, *middle, width_px) : LensInPhoto());
   }
   const auto neighbours = NeighboursOfWhole(patches, lattice.type, pitch_px, *whole);
   const auto first = MiddlesByShares(map, in_photo, neighbours);

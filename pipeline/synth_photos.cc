@@ -134,7 +134,8 @@ void WritePhotograph(const fs::path& file, const Image<Rgb>& numbers,
   }
 }
 
-// One exposure for all, as of a locked camera; shots may multiply it.
+// One exposure for all, as of a locked camera; shots may multiply it. Patterns are measured: their
+// white stays clear of the sensor's end.
 double ExposureOf(const SynthPhotosOptions& options, const std::vector<Shot>& shots,
                   const Calibration& calibration) {
   if (options.exposure) return *options.exposure;
@@ -142,7 +143,8 @@ double ExposureOf(const SynthPhotosOptions& options, const std::vector<Shot>& sh
   for (const Shot& shot : shots) {
     white = std::max(white, WhiteOf(calibration, LoadShot(shot, calibration)));
   }
-  return white > 0 ? 1 / white : 1;
+  const double full_scale = options.shots.empty() ? 1 : 0.8;
+  return white > 0 ? full_scale / white : 1;
 }
 
 // Paper that is lit so that white comes out as nine tenths of full scale in sRGB.
@@ -233,7 +235,8 @@ OptionTable Describe(SynthPhotosOptions& o) {
        number("blur_px", "sigma of the Gaussian by which the lens spreads light, px", &o.blur_px, 0,
               50, "--blur-px"),
        number("exposure",
-              "factor from light to full scale; else a layer's white emitters are white",
+              "factor from light to full scale; else a layer's white emitters are white, with "
+              "--shots 0.8 of it",
               &o.exposure, 1e-9, 1e9, "--exposure"),
        number("full_well_e", "electrons of full scale; 0: no noise", &o.full_well_e, 0, 1e9,
               "--full-well-e"),

@@ -27,7 +27,8 @@ struct Sheet {
   LayerCalibration design, truth;
 };
 
-Sheet SheetOf(int width_px, int height_px, bool mirrored) {
+Sheet SheetOf(int width_px, int height_px, bool mirrored,
+              LensletArray::Lattice lattice = LensletArray::Lattice::kHexagonal) {
   Display display;
   display.width_px = width_px;
   display.height_px = height_px;
@@ -36,7 +37,9 @@ Sheet SheetOf(int width_px, int height_px, bool mirrored) {
   Layer layer;
   layer.d0_mm = 5.8;
   layer.mirror_x = mirrored;
-  layer.optics = LensletArray{};
+  LensletArray lenses;
+  lenses.lattice = lattice;
+  layer.optics = lenses;
   display.layers = {layer};
   Sheet sheet{DesignCalibration(display).layers[0], {}};
   sheet.truth = sheet.design;
@@ -194,34 +197,44 @@ TEST(LensSightings, OfManyAreMeansOfThoseAround) {
   const Sheet sheet = SheetOf(468, 372, false);
   const Camera camera = CameraFor(520, 1200);
   ScreenMap map = MapOf(sheet.truth, camera, Pose());
+  std::mt19937 random(2);
+  std::normal_distribution<float> noise(0, 0.004F);  // of sinusoids of 0.1
+  for (Image<std::complex<float>>& sinusoid : map.sinusoids) {
+    for (std::size_t i = 0; i < sinusoid.size(); ++i) {
+      sinusoid.data()[i] += std::complex<float>(noise(random), noise(random));
+    }
+  }
   const auto points = ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice);
   EXPECT_GT(points.size(), 25U);
   EXPECT_LT(points.size(), 120U);
   const Errors errors = ErrorsOf(points, sheet, camera, Pose());
-  EXPECT_LT(errors.rms_px, 0.006);
-  EXPECT_GT(errors.normalised, 0.5);
-  EXPECT_LT(errors.normalised, 1.6);
-  // Wrong fringes in one pixel of a hundred.
-  std::mt19937 random(2);
+  EXPECT_LT(errors.rms_px, 0.015);
+  EXPECT_GT(errors.normalised, 0.6);
+  EXPECT_LT(errors.normalised, 1.5);
+  // Wrong fringes in one pixel of a hundred do not make it another lens's.
   for (std::size_t i = 0; i < map.u_px.size(); ++i) {
     if (random() % 100 == 0) map.u_px.data()[i] += 16;
   }
   const auto robust = ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice);
-  EXPECT_LT(ErrorsOf(robust, sheet, camera, Pose()).rms_px, 0.006);
+  EXPECT_LT(ErrorsOf(robust, sheet, camera, Pose()).rms_px, 0.015);
 }
 
 // Lenses as wide as a whole number of pixels, nearly: from one to the next their middles hardly
 // move between pixels, so that what the pixels' grid does to them is not an error that averages.
 TEST(LensSightings, DoNotBeatWithThePixels) {
-  const Sheet sheet = SheetOf(234, 186, false);
   const Rigid pose = Straight(400);
-  for (const double width_px : {6.02, 6.2}) {
+  for (const auto& [width_px, lattice] : {std::pair{6.02, LensletArray::Lattice::kHexagonal},
+                                          std::pair{6.2, LensletArray::Lattice::kHexagonal},
+                                          std::pair{6.02, LensletArray::Lattice::kSquare}}) {
+    const Sheet sheet = SheetOf(234, 186, false, lattice);
     const Camera camera = CameraFor(130, width_px * 400 / sheet.truth.lattice->pitch_mm);
     const ScreenMap map = MapOf(sheet.truth, camera, pose, 8);
     const auto points = ObserveLenses(map, sheet.design.emitter, *sheet.design.lattice);
-    EXPECT_GT(points.size(), 200U) << width_px;
+    EXPECT_GT(points.size(), 150U) << width_px;
     const Errors errors = ErrorsOf(points, sheet, camera, pose);
-    EXPECT_LT(errors.rms_px, 0.01) << width_px;
+    // At corners of square lenses shares are not settled by what is seen.
+    const double most_px = lattice == LensletArray::Lattice::kSquare ? 0.035 : 0.01;
+    EXPECT_LT(errors.rms_px, most_px) << width_px;
     EXPECT_LT(errors.normalised, 2) << width_px;
   }
 }

@@ -9,12 +9,15 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibration/inliers.h"
 #include "calibration/varifocal_start.h"
 #include "lightfield/error.h"
 #include "lightfield/panel_rays.h"
@@ -279,6 +282,27 @@ TEST(Varifocal, HoldsAPlanesPhotographsAgainstItsOwn) {
   const VarifocalReport report = Solved(scene);
   EXPECT_THAT(report.rejected, ElementsAre(AllOf(HasSubstr(unsharp), HasSubstr("out of focus"))));
   EXPECT_LT(AccuracyOf(report, scene).depth_mm, 0.1);
+}
+
+TEST(TrimPoints, HoldsPhotographsAgainstTheirKindWithinReason) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0, 1);
+  std::vector<Eigen::Matrix2Xd> residuals;
+  std::vector<PhotoKind> photos;
+  // Sharp, unsharp, and photographs of something else; the last kind's are too few to say.
+  for (const auto& [kind, deviation, num] :
+       {std::tuple{0, 1.0, 4}, {0, 1.0, 4}, {1, 3.0, 4}, {2, 60.0, 3}, {3, 8.0, 1}}) {
+    for (int i = 0; i < num; ++i) {
+      Eigen::Matrix2Xd& points = residuals.emplace_back(2, 200);
+      for (double& off : points.reshaped()) off = deviation * noise(random);
+      photos.push_back({fmt::format("kind {}", kind), kind});
+    }
+  }
+  residuals.emplace_back(2, 0);
+  photos.push_back({"nothing seen", 3});
+  const TrimmedPoints trimmed = TrimPoints(residuals, {}, photos);
+  EXPECT_THAT(trimmed.rejected, ElementsAre(HasSubstr("kind 2: "), HasSubstr("kind 2: "),
+                                            HasSubstr("kind 2: "), HasSubstr("kind 3: ")));
 }
 
 TEST(Varifocal, FreesBowAndPincushionOnlyWherePlanesHaveThem) {
