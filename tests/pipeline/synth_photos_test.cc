@@ -66,10 +66,10 @@ TEST(SynthPhotos, WritesPhotographsWithTheirTruth) {
   EXPECT_EQ(SynthPhotos(OptionsOf(folder), out, SilentProgress()), 2);
   const Image<Rgb> white = ReadImage(out / "images/eye_001_white.png");
   EXPECT_EQ(white.width(), 36);
-  EXPECT_EQ(white(20, 10).g, 1);
+  EXPECT_NEAR(white(20, 10).g, 0.8, 0.005);  // of patterns: clear of full scale
   // Upright: the mark is at the top left, red, and half as bright for its slot's half of the time.
   const Image<Rgb> mark = ReadImage(out / "images/eye_001_mark.png");
-  EXPECT_NEAR(mark(6, 4).r, 0.5, 0.01);
+  EXPECT_NEAR(mark(6, 4).r, 0.4, 0.01);
   EXPECT_EQ(mark(6, 4).g, 0);
   EXPECT_EQ(mark(29, 4).r, 0);
   EXPECT_EQ(mark(6, 19).r, 0);
@@ -94,9 +94,9 @@ TEST(SynthPhotos, MovesWithTheMisalignment) {
   SynthPhotos(options, folder / "moved", SilentProgress());
   const Image<Rgb> before = ReadImage(folder / "design/images/eye_001_mark.png");
   const Image<Rgb> after = ReadImage(folder / "moved/images/eye_001_mark.png");
-  EXPECT_GT(before(4, 4).r, 0.4F);
+  EXPECT_GT(before(4, 4).r, 0.3F);
   EXPECT_EQ(after(4, 4).r, 0);
-  EXPECT_GT(after(10, 4).r, 0.4F);
+  EXPECT_GT(after(10, 4).r, 0.3F);
 }
 
 TEST(SynthPhotos, RepeatsItsBytesForAnyNumberOfThreads) {
