@@ -17,6 +17,7 @@ using Eigen::VectorXd;
 constexpr double kCoreRadius = 0.35;  // of a lens, where it is seen alone, in its widths
 // How far across a seam its blur is followed: in lens widths, but no more than this.
 constexpr double kReach = 0.4, kMostReachPx = 3;
+constexpr std::size_t kMostNeighbours = 8;  // of a square sheet
 
 // What a pixel shows; false where it is dark or overexposed.
 bool GetLight(const ScreenMap& map, int x, int y, VectorXd& light) {
@@ -92,7 +93,7 @@ class Lenses {
   }
 
  private:
-  static constexpr int kMost = 9;  // of a square sheet
+  static constexpr int kMost = kMostNeighbours + 1;
   template <int kColumns>
   using Small = Eigen::Matrix<double, Eigen::Dynamic, kColumns, 0, kMost,
                               kColumns == Eigen::Dynamic ? kMost : kColumns>;
@@ -155,6 +156,7 @@ LensInPhoto LensAt(const ScreenMap& map, const Vector2d& middle_px, double width
 
 std::optional<Vector2d> MiddleByShares(const ScreenMap& map, const LensInPhoto& lens,
                                        const std::vector<LensInPhoto>& neighbours) {
+  if (neighbours.size() > kMostNeighbours) return std::nullopt;
   double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
   for (const LensInPhoto& other : neighbours) {
     if (other.light.size() == 0) return std::nullopt;

@@ -26,8 +26,8 @@ LensInPhoto LensAt(const ScreenMap& map, const Eigen::Vector2d& middle_px, doubl
 // pixels by their shares. Shares have the camera's blur in them, so that the sum over pixels is as
 // good as the integral (what is left at a blur of s px is of exp(-2 pi^2 s^2) by Poisson's formula:
 // 6e-5 at 0.7), where the middle of whole pixels beats with the grid of pixels by a tenth of one.
-// Nothing where a pixel or a neighbour is dark or overexposed, or where the photograph ends.
-// `neighbours` are those all around, 8 at most.
+// Nothing where a pixel or a neighbour is dark or overexposed, where the photograph ends, or of
+// more than 8 neighbours, which are those all around.
 std::optional<Eigen::Vector2d> MiddleByShares(const ScreenMap& map, const LensInPhoto& lens,
                                               const std::vector<LensInPhoto>& neighbours);
 

@@ -21,8 +21,7 @@ viewing_distance_mm = 800
 width_px = 480
 height_px = 270
 pitch_mm = 1.245
-""" + LAYER.format(-20, "true") + LAYER.format(20, "false")
-PLATE = """[layer.plate]
+""" + LAYER.format(-20, "true") + LAYER.format(20, "false") + """[layer.plate]
 thickness_mm = 5
 index = 1.5
 normal = [1, 0, 1]
@@ -30,11 +29,11 @@ normal = [1, 0, 1]
 
 
 class PlateTest(SystemTest):
-    def calibrated(self, name, display, thickness_mm):
+    def calibrated(self, name, thickness_mm):
         """The calibration and its report, of a prototype whose glass is so thick."""
         folder = self.dir / name
         folder.mkdir()
-        (folder / "display.toml").write_text(display)
+        (folder / "display.toml").write_text(DISPLAY)
         made = run("synth", "misalignment", folder / "display.toml", "--seed", 5, "--gap-mm", 3, 10,
                    "--out", folder / "truth.json")
         self.assertEqual(made.code, 0, made.err)
@@ -62,13 +61,13 @@ class PlateTest(SystemTest):
         return json.loads((folder / "calibration.json").read_text()), report, rms_px
 
     def test_a_plate_is_found_where_it_is_not_as_designed(self):
-        found, report, rms_px = self.calibrated("thick", DISPLAY + PLATE, 5.4)
+        found, report, rms_px = self.calibrated("thick", 5.4)
         self.assertIn("plate thickness: freed", report)
         self.assertAlmostEqual(found["layers"][1]["plate"]["thickness_mm"], 5.4, delta=0.05)
         self.assertLess(rms_px, 0.03)
 
     def test_a_plate_is_held_where_it_is_as_designed(self):
-        found, report, rms_px = self.calibrated("as_designed", DISPLAY + PLATE, 5)
+        found, report, rms_px = self.calibrated("as_designed", 5)
         self.assertNotIn("plate thickness: freed", report)
         self.assertEqual(found["layers"][1]["plate"]["thickness_mm"], 5)
         self.assertLess(rms_px, 0.03)
