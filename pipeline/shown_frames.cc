@@ -144,6 +144,18 @@ std::vector<Shot> ReadShots(const fs::path& file) {
   return shots;
 }
 
+std::set<fs::path> FilesOf(const Shot& shot) {
+  std::set<fs::path> files;
+  if (!shot.printed.empty()) files.insert(shot.printed);
+  for (const Shot::LayerFiles& layer : shot.layers) {
+    for (const auto* sources : {&layer.emitter, &layer.modulator})
+      files.insert(sources->begin(), sources->end());
+  }
+  files.erase(kWhite);
+  files.erase(kBlack);
+  return files;
+}
+
 std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration,
                                  double slot_crosstalk) {
   if (shot.layers.size() != calibration.layers.size()) {

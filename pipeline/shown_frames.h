@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,9 @@ Shot ShotOfFrames(const std::filesystem::path& folder);
 ToneCurve CurveOfFrames(const std::filesystem::path& folder);
 // docs/formats.md, "shots"; files are relative to it.
 std::vector<Shot> ReadShots(const std::filesystem::path& file);
+
+// The images that a shot shows, each once.
+std::set<std::filesystem::path> FilesOf(const Shot& shot);
 
 // InputError where a shot has not the calibration's layers or an image not its panel's size.
 // `slot_crosstalk` is a display's.

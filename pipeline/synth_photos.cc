@@ -17,12 +17,14 @@
 #include "distribute/displays.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
+#include "lightfield/hash.h"
 #include "lightfield/image_io.h"
 #include "pipeline/calibration_record.h"
 #include "pipeline/capture/transforms_json.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/photo_cameras.h"
 #include "pipeline/shown_frames.h"
+#include "pipeline/unfinished_photos.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -186,6 +188,96 @@ Json SensorJson(const SynthPhotosOptions& options, const Sensor& sensor) {
   return json;
 }
 
+// A photograph to take: of which shot, from where and into which file, with which noise.
+struct Taken {
+  const Shot* shot;
+  View photo;
+  std::string camera;
+  std::uint64_t seed;
+};
+
+// Every shot from each of its cameras.
+std::vector<Taken> ToTake(const SynthPhotosOptions& options, const std::vector<Shot>& shots,
+                          const std::vector<View>& cameras, const fs::path& out) {
+  std::vector<Taken> all;
+  for (const Shot& shot : shots) {
+    for (const View& view : CamerasOf(shot, cameras)) {
+      const auto seed = (static_cast<std::uint64_t>(options.seed) << 32) + all.size();
+      Taken taken{&shot, view, view.name, seed};
+      taken.photo.name = PhotoName(view, shot, shots.size());
+      taken.photo.image = out / "images" / fmt::format("{}.{}", taken.photo.name, options.format);
+      all.push_back(std::move(taken));
+    }
+  }
+  return all;
+}
+
+Json RecordOf(const Taken& taken) {
+  Json record = {{"file", ("images" / taken.photo.image.filename()).string()},
+                 {"camera", taken.camera},
+                 {"shot", taken.shot->name}};
+  if (taken.shot->exposure != 1) record["exposure"] = taken.shot->exposure;
+  return record;
+}
+
+// What is beside the photographs.
+void WriteTruth(const fs::path& out, const std::vector<Taken>& all, const Calibration& calibration,
+                const Json& sensor) {
+  TransformsJson transforms;
+  Json photos = Json::array();
+  for (const Taken& taken : all) {
+    transforms.views.push_back(taken.photo);
+    photos.push_back(RecordOf(taken));
+  }
+  WriteTransformsJson(out / "transforms.json", transforms);
+  SaveCalibration(out / "calibration.json", calibration);
+  const Json record = {{"format_version", kPhotosVersion},
+                       {"display", calibration.display},
+                       {"sensor", sensor},
+                       {"photos", photos}};
+  WriteTextAtomically(out / "photos.json", record.dump(1) + "\n");
+}
+
+// One photograph after the other; `exposure` is that of a shot with a factor of 1.
+void Take(const std::vector<const Taken*>& left, const SynthPhotosOptions& options,
+          const Truth& truth, double exposure, Progress& progress) {
+  const std::optional<Rigid> board_place = PlaceOfPrintedBoard(options.printed_board);
+  std::int64_t rows = 0;
+  for (const Taken* taken : left) rows += taken->photo.camera.height;
+  progress.Start("photographs", rows, "rows");
+  Prototype prototype{truth.calibration, {}};
+  const Shot* shown = nullptr;
+  for (const Taken* taken : left) {
+    const Sensor sensor = SensorOf(options, exposure * taken->shot->exposure);
+    if (std::exchange(shown, taken->shot) != taken->shot) {
+      prototype.shown = LoadShot(*shown, truth.calibration, truth.slot_crosstalk);
+      prototype.sheet.reset();
+      if (board_place && !shown->printed.empty()) {
+        prototype.sheet = SheetOf(*shown, *board_place, sensor.exposure);
+      }
+    }
+    const Image<Rgb> light =
+        PhotographPrototype(prototype, CameraOf(taken->photo, options), options.samples, progress);
+    WritePhotograph(taken->photo.image, Develop(light.span(), sensor, taken->seed), options);
+  }
+}
+
+// All that the photographs depend on.
+std::string DependOn(const SynthPhotosOptions& options, const Truth& truth, double exposure,
+                     const std::vector<Shot>& shots) {
+  SynthPhotosOptions asked = options;
+  std::string text = ToToml({Describe(asked)}) + CalibrationText(truth.calibration) +
+                     fmt::format("{} {}", truth.slot_crosstalk, exposure);
+  std::set<fs::path> files;
+  if (!options.cameras.empty()) files.insert(options.cameras);
+  if (!options.shots.empty()) files.insert(options.shots);
+  for (const Shot& shot : shots) files.merge(FilesOf(shot));
+  for (const fs::path& file : files) {
+    text += fmt::format("\n{} {}", file.string(), ContentHashOfFile(file));
+  }
+  return text;
+}
+
 }  // namespace
 
 OptionTable Describe(SynthPhotosOptions& o) {
@@ -266,57 +358,28 @@ OptionTable Describe(SynthPhotosOptions& o) {
 
 int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress& progress) {
   const std::vector<Shot> shots = Shots(options);
-  Prototype prototype;
   const Truth truth = TruthOf(options);
-  prototype.calibration = truth.calibration;
-  const std::vector<View> cameras = PhotoCameras(options, prototype.calibration);
+  const std::vector<View> cameras = PhotoCameras(options, truth.calibration);
   CheckNames(shots, cameras);
-  const std::optional<Rigid> board_place = PlaceOfPrintedBoard(options.printed_board);
   if (options.aperture_mm > 0 && !(options.focus_mm > 0)) {
     throw UsageError("--aperture-mm", "has no --focus-mm", "give the distance of the sharp plane");
   }
-  const double exposure = ExposureOf(options, shots, prototype.calibration);
-  Sensor sensor = SensorOf(options, exposure);
+  const double exposure = ExposureOf(options, shots, truth.calibration);
   CreateFolder(out / "images");
-  std::int64_t rows = 0;
-  for (const Shot& shot : shots) {
-    for (const View& view : CamerasOf(shot, cameras)) rows += view.camera.height;
+  const UnfinishedPhotos unfinished(out, DependOn(options, truth, exposure, shots));
+  const std::vector<Taken> all = ToTake(options, shots, cameras, out);
+  std::vector<const Taken*> left;
+  for (const Taken& taken : all) {
+    if (!unfinished.Has(taken.photo.image)) left.push_back(&taken);
   }
-  progress.Start("photographs", rows, "rows");
-  TransformsJson transforms;
-  Json photos = Json::array();
-  for (const Shot& shot : shots) {
-    prototype.shown = LoadShot(shot, prototype.calibration, truth.slot_crosstalk);
-    sensor.exposure = exposure * shot.exposure;
-    prototype.sheet.reset();
-    if (board_place && !shot.printed.empty()) {
-      prototype.sheet = SheetOf(shot, *board_place, sensor.exposure);
-    }
-    for (const View& view : CamerasOf(shot, cameras)) {
-      View photo = view;
-      photo.name = PhotoName(view, shot, shots.size());
-      photo.image = out / "images" / fmt::format("{}.{}", photo.name, options.format);
-      const Image<Rgb> light =
-          PhotographPrototype(prototype, CameraOf(view, options), options.samples, progress);
-      const auto seed = (static_cast<std::uint64_t>(options.seed) << 32) + photos.size();
-      WritePhotograph(photo.image, Develop(light.span(), sensor, seed), options);
-      Json taken = {{"file", fmt::format("images/{}.{}", photo.name, options.format)},
-                    {"camera", view.name},
-                    {"shot", shot.name}};
-      if (shot.exposure != 1) taken["exposure"] = shot.exposure;
-      photos.push_back(std::move(taken));
-      transforms.views.push_back(std::move(photo));
-    }
+  if (left.size() < all.size()) {
+    progress.Note(
+        fmt::format("{} photographs of a run that was stopped are kept", all.size() - left.size()));
   }
-  WriteTransformsJson(out / "transforms.json", transforms);
-  SaveCalibration(out / "calibration.json", prototype.calibration);
-  sensor.exposure = exposure;
-  const Json record = {{"format_version", kPhotosVersion},
-                       {"display", prototype.calibration.display},
-                       {"sensor", SensorJson(options, sensor)},
-                       {"photos", photos}};
-  WriteTextAtomically(out / "photos.json", record.dump(1) + "\n");
-  return static_cast<int>(photos.size());
+  Take(left, options, truth, exposure, progress);
+  WriteTruth(out, all, truth.calibration, SensorJson(options, SensorOf(options, exposure)));
+  unfinished.Finish();
+  return static_cast<int>(all.size());
 }
 
 }  // namespace lamella

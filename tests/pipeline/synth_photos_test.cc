@@ -1,6 +1,8 @@
 #include "pipeline/synth_photos.h"
 
+#include <atomic>
 #include <functional>
+#include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -121,6 +123,58 @@ TEST(SynthPhotos, RepeatsItsBytesForAnyNumberOfThreads) {
   }
   EXPECT_EQ(bytes[0], bytes[1]);
   EXPECT_EQ(ReadImageInfo(folder / "1/images/view_001_white.png").bits, 16);
+}
+
+// Stops a run when so many rows of its photographs were exposed.
+class Stopping : public Progress {
+ public:
+  explicit Stopping(std::int64_t rows) : rows_(rows) {}
+  void Start(std::string_view, std::int64_t, std::string_view) override {}
+  void Advance(std::int64_t units) override {
+    if ((rows_ -= units) < 0) throw std::runtime_error("stopped");
+  }
+  void Note(std::string_view line) override { notes += line; }
+  void Warn(std::string_view) override {}
+  std::string notes;
+
+ private:
+  std::atomic<std::int64_t> rows_;
+};
+
+TEST(SynthPhotos, GoesOnWhereItWasStopped) {
+  const fs::path folder = Folder(), whole = folder / "whole", out = folder / "out";
+  SynthPhotosOptions options = OptionsOf(folder);
+  options.eyes = "0,0,300;20,0,300";
+  options.full_well_e = 5000;
+  SynthPhotos(options, whole, SilentProgress());
+  EXPECT_FALSE(fs::exists(whole / "unfinished.json"));
+  Stopping stopping(2 * 24 + 4);  // in the third of four photographs
+  EXPECT_THROW(SynthPhotos(options, out, stopping), std::runtime_error);
+  EXPECT_FALSE(fs::exists(out / "photos.json"));
+  const fs::path first = out / "images/eye_001_white.png";
+  const auto written = fs::last_write_time(first);
+  Stopping going_on(100000);
+  EXPECT_EQ(SynthPhotos(options, out, going_on), 4);
+  EXPECT_THAT(going_on.notes, HasSubstr("2 photographs of a run that was stopped are kept"));
+  EXPECT_EQ(fs::last_write_time(first), written);
+  for (const auto& file : fs::recursive_directory_iterator(whole)) {
+    if (file.is_directory()) continue;
+    const fs::path name = fs::relative(file.path(), whole);
+    EXPECT_EQ(ReadText(out / name), ReadText(file.path())) << name;
+  }
+  EXPECT_FALSE(fs::exists(out / "unfinished.json"));
+}
+
+TEST(SynthPhotos, KeepsNoPhotographsOfSomethingElse) {
+  const fs::path folder = Folder(), out = folder / "out";
+  Stopping stopping(24 + 4);
+  EXPECT_THROW(SynthPhotos(OptionsOf(folder), out, stopping), std::runtime_error);
+  // One of the shown images is another one now.
+  WriteCodes8(folder / "mark.png", Image<Rgb8>(36, 24, Rgb8{255, 255, 255}).span());
+  Stopping going_on(100000);
+  SynthPhotos(OptionsOf(folder), out, going_on);
+  EXPECT_EQ(going_on.notes, "");
+  EXPECT_NEAR(ReadImage(out / "images/eye_001_mark.png")(29, 19).r, 0.4, 0.01);
 }
 
 TEST(SynthPhotos, RefusesWithOneLine) {
