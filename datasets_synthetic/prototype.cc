@@ -46,8 +46,8 @@ std::optional<int> PixelOf(double coordinate, int size) {
 struct TracedLayer {
   LayerSights sights;
   const LayerCalibration* calibration;
-  const ShownLayer* shown;
-  double falloff;  // exponent of both panels
+  double falloff;                        // exponent of both panels
+  std::vector<const ShownLayer*> shown;  // one per show; null where the layer is dark in it
 
   // What the emitter sends from a place within its pixel.
   Rgb Emitted(const Image<Rgb>& image, int x, int y, double u) const {
@@ -60,20 +60,19 @@ struct TracedLayer {
     return {stripe.x(), stripe.y(), stripe.z()};
   }
 
-  void AddLight(const Vector3d& origin, const Vector3d& direction, Sum& sum) const {
-    if (const std::optional<SightHit> hit = sights.Seen(origin, direction)) AddLight(*hit, sum);
-  }
-
-  void AddLight(const SightHit& hit, Sum& sum) const {
+  // Adds to the sum of a show.
+  void AddLight(const SightHit& hit, std::size_t show, Sum& sum) const {
+    if (!shown[show]) return;
+    const ShownLayer& images = *shown[show];
     const PanelCalibration& emitter = calibration->emitter;
     const std::optional<int> x = PixelOf(hit.emitter.x(), emitter.width_px),
                              y = PixelOf(hit.emitter.y(), emitter.height_px);
     if (!x || !y) return;
-    const std::size_t slots = shown->emitter.size();
+    const std::size_t slots = images.emitter.size();
     double scale = calibration->gain / static_cast<double>(slots);
     if (falloff > 0) scale *= std::pow(hit.cosine, falloff);
     if (!calibration->modulator) {
-      for (const auto& image : shown->emitter) {
+      for (const auto& image : images.emitter) {
         sum.Add(scale, Emitted(*image, *x, *y, hit.emitter.x()));
       }
       return;
@@ -82,10 +81,10 @@ struct TracedLayer {
                              v = PixelOf(hit.modulator.y(), calibration->modulator->height_px);
     if (!u || !v) return;
     for (std::size_t slot = 0; slot < slots; ++slot) {
-      const float transmittance = (*shown->modulator[slot])(*u, *v);
+      const float transmittance = (*images.modulator[slot])(*u, *v);
       if (transmittance == 0) continue;
       sum.Add(scale * static_cast<double>(transmittance),
-              Emitted(*shown->emitter[slot], *x, *y, hit.emitter.x()));
+              Emitted(*images.emitter[slot], *x, *y, hit.emitter.x()));
     }
   }
 };
@@ -170,17 +169,20 @@ bool IsOneColour(const Image<T>& image, const Rect& rect) {
   return true;
 }
 
-bool SeeOneColour(const TracedLayer& layer, const std::array<SightHit, 4>& corners) {
+// In a show in which the layer is lit.
+bool SeeOneColour(const TracedLayer& layer, std::size_t show,
+                  const std::array<SightHit, 4>& corners) {
   const LayerCalibration& calibration = *layer.calibration;
   if (calibration.emitter.rgb_stripes || layer.falloff > 0) return false;
   const auto emitters = Enclosed(corners, &SightHit::emitter, calibration.emitter);
   if (!emitters) return false;
+  const ShownLayer& shown = *layer.shown[show];
   const bool emitted =
-      std::all_of(layer.shown->emitter.begin(), layer.shown->emitter.end(),
+      std::all_of(shown.emitter.begin(), shown.emitter.end(),
                   [&](const auto& image) { return IsOneColour(*image, *emitters); });
   if (!emitted || !calibration.modulator) return emitted;
   const auto openings = Enclosed(corners, &SightHit::modulator, *calibration.modulator);
-  return openings && std::all_of(layer.shown->modulator.begin(), layer.shown->modulator.end(),
+  return openings && std::all_of(shown.modulator.begin(), shown.modulator.end(),
                                  [&](const auto& image) { return IsOneColour(*image, *openings); });
 }
 
@@ -192,14 +194,18 @@ bool IsDark(const ShownLayer& shown) {
 }
 
 // The layers that show anything: patterns are shown on one at a time.
-std::vector<TracedLayer> Traced(const Prototype& prototype) {
+std::vector<TracedLayer> Traced(const Calibration& calibration, std::span<const Show> shows) {
   std::vector<TracedLayer> layers;
-  for (std::size_t l = 0; l < prototype.shown.size(); ++l) {
-    if (IsDark(prototype.shown[l])) continue;
-    const LayerCalibration& layer = prototype.calibration.layers[l];
+  for (std::size_t l = 0; l < calibration.layers.size(); ++l) {
+    const LayerCalibration& layer = calibration.layers[l];
+    std::vector<const ShownLayer*> shown;
+    for (const Show& show : shows) {
+      shown.push_back(IsDark(show.layers[l]) ? nullptr : &show.layers[l]);
+    }
+    if (std::all_of(shown.begin(), shown.end(), [](const auto* lit) { return !lit; })) continue;
     const double falloff = layer.emitter.photometry.falloff +
                            (layer.modulator ? layer.modulator->photometry.falloff : 0);
-    layers.push_back({LayerSights(layer), &layer, &prototype.shown[l], falloff});
+    layers.push_back({LayerSights(layer), &layer, falloff, std::move(shown)});
   }
   return layers;
 }
@@ -209,16 +215,15 @@ bool Fits(const std::shared_ptr<const Image<T>>& image, const PanelCalibration& 
   return image && image->width() == panel.width_px && image->height() == panel.height_px;
 }
 
-void CheckShown(const Prototype& prototype) {
-  const std::vector<LayerCalibration>& layers = prototype.calibration.layers;
-  if (layers.size() != prototype.shown.size()) {
-    throw InputError("",
-                     fmt::format("{} layers are shown of a display of {}", prototype.shown.size(),
-                                 layers.size()),
-                     "show every layer");
+void CheckShown(const std::vector<LayerCalibration>& layers, const Show& show) {
+  if (layers.size() != show.layers.size()) {
+    throw InputError(
+        "",
+        fmt::format("{} layers are shown of a display of {}", show.layers.size(), layers.size()),
+        "show every layer");
   }
   for (std::size_t l = 0; l < layers.size(); ++l) {
-    const ShownLayer& shown = prototype.shown[l];
+    const ShownLayer& shown = show.layers[l];
     const std::size_t modulators = layers[l].modulator ? shown.emitter.size() : 0;
     if (shown.emitter.empty() || shown.modulator.size() != modulators) {
       throw InputError(
@@ -239,10 +244,10 @@ void CheckShown(const Prototype& prototype) {
   }
 }
 
-void CheckCamera(const Prototype& prototype, const PrototypeCamera& camera) {
+void CheckCamera(const Calibration& calibration, const PrototypeCamera& camera) {
   const Vector3d centre = Centre(camera.camera_from_display);
-  for (std::size_t l = 0; l < prototype.calibration.layers.size(); ++l) {
-    const Rigid& pose = prototype.calibration.layers[l].display_from_stack;
+  for (std::size_t l = 0; l < calibration.layers.size(); ++l) {
+    const Rigid& pose = calibration.layers[l].display_from_stack;
     if ((Inverse(pose) * centre).z() > 0) continue;
     throw UsageError("camera",
                      fmt::format("at ({:.6g}, {:.6g}, {:.6g}) mm is not in front of layer {}",
@@ -293,15 +298,16 @@ double Illumination(const PrototypeCamera& camera, double x, double y) {
 
 float ToFloat(double value) { return static_cast<float>(value); }
 
-// A photograph, block by block.
+// A photograph of each show, block by block.
 class Exposing {
  public:
   static constexpr int kBlock = 8;
 
-  Exposing(const Prototype& prototype, const PrototypeCamera& camera, int samples)
+  Exposing(const Calibration& calibration, std::span<const Show> shows,
+           const PrototypeCamera& camera, int samples)
       : camera_(camera),
-        layers_(Traced(prototype)),
-        sheet_(prototype.sheet),
+        shows_(shows),
+        layers_(Traced(calibration, shows)),
         display_from_camera_(Inverse(camera.camera_from_display)),
         points_(samples),
         width_(camera.camera.width),
@@ -311,23 +317,19 @@ class Exposing {
   }
 
   // kBlock rows from `top`, or as many as there are.
-  void Expose(int top, Image<Rgb>& photograph) const {
+  void Expose(int top, std::span<Image<Rgb>> photographs) const {
+    Block block;
     for (int left = 0; left < width_; left += kBlock) {
-      Block block{{left, top, std::min(kBlock, width_ - left), std::min(kBlock, height_ - top)},
-                  {}};
+      block.all = {left, top, std::min(kBlock, width_ - left), std::min(kBlock, height_ - top)};
+      block.sums.assign(shows_.size() * kBlock * kBlock, {});
       if (smooth_) {
         for (const TracedLayer& layer : layers_) AddBetween(layer, block.all, block);
       } else {
         AddTraced(layers_, block.all, block);
       }
-      if (sheet_) AddSheet(block);
-      for (int y = top; y < top + block.all.height; ++y) {
-        for (int x = left; x < left + block.all.width; ++x) {
-          const Sum& sum = block.At(x, y);
-          const double scale = Illumination(camera_, x + 0.5, y + 0.5) / points_.count();
-          photograph(x, y) = {ToFloat(scale * sum.r), ToFloat(scale * sum.g),
-                              ToFloat(scale * sum.b)};
-        }
+      for (std::size_t show = 0; show < shows_.size(); ++show) {
+        if (shows_[show].sheet) AddSheet(show, block);
+        Develop(block, show, photographs[show]);
       }
     }
   }
@@ -335,11 +337,22 @@ class Exposing {
  private:
   struct Block {
     Rect all;
-    std::array<Sum, kBlock * kBlock> sums;  // over the samples
-    Sum& At(int x, int y) {
-      return sums[static_cast<std::size_t>((y - all.y) * kBlock + x - all.x)];
+    std::vector<Sum> sums;  // over the samples, one show's after the other's
+    Sum& At(std::size_t show, int x, int y) {
+      return sums[(show * kBlock + static_cast<std::size_t>(y - all.y)) * kBlock +
+                  static_cast<std::size_t>(x - all.x)];
     }
   };
+
+  void Develop(Block& block, std::size_t show, Image<Rgb>& photograph) const {
+    for (int y = block.all.y; y < block.all.y + block.all.height; ++y) {
+      for (int x = block.all.x; x < block.all.x + block.all.width; ++x) {
+        const Sum& sum = block.At(show, x, y);
+        const double scale = Illumination(camera_, x + 0.5, y + 0.5) / points_.count();
+        photograph(x, y) = {ToFloat(scale * sum.r), ToFloat(scale * sum.g), ToFloat(scale * sum.b)};
+      }
+    }
+  }
 
   std::optional<Line> Sight(double x, double y, double u, double v) const {
     return LineOfSight(camera_, display_from_camera_, {x, y}, u, v);
@@ -352,9 +365,9 @@ class Exposing {
     return MixedHash(static_cast<std::uint64_t>(std::int64_t{y} * width_ + x));
   }
 
-  void AddSheet(Block& block) const {
+  void AddSheet(std::size_t show, Block& block) const {
     ForEachLine(block.all, [&](int x, int y, const Line& line) {
-      AddLight(*sheet_, line.origin, line.direction, block.At(x, y));
+      AddLight(*shows_[show].sheet, line.origin, line.direction, block.At(show, x, y));
     });
   }
 
@@ -362,7 +375,11 @@ class Exposing {
   void AddTraced(std::span<const TracedLayer> layers, const Rect& rect, Block& block) const {
     ForEachLine(rect, [&](int x, int y, const Line& line) {
       for (const TracedLayer& layer : layers) {
-        layer.AddLight(line.origin, line.direction, block.At(x, y));
+        const std::optional<SightHit> hit = layer.sights.Seen(line.origin, line.direction);
+        if (!hit) continue;
+        for (std::size_t show = 0; show < shows_.size(); ++show) {
+          layer.AddLight(*hit, show, block.At(show, x, y));
+        }
       }
     });
   }
@@ -405,7 +422,10 @@ class Exposing {
   // The same from corners, of ever smaller rectangles until lines turn evenly in them.
   void AddBetween(const TracedLayer& layer, const Rect& rect, Block& block) const {
     if (const std::optional<EvenHits> even = Even(layer, rect)) {
-      return AddEven(layer, *even, rect, block);
+      for (std::size_t show = 0; show < shows_.size(); ++show) {
+        if (layer.shown[show]) AddEven(layer, *even, rect, show, block);
+      }
+      return;
     }
     if (rect.width == 1 && rect.height == 1) return AddTraced({&layer, 1}, rect, block);
     const int left = (rect.width + 1) / 2, top = (rect.height + 1) / 2;
@@ -418,32 +438,32 @@ class Exposing {
     }
   }
 
-  void AddEven(const TracedLayer& layer, const EvenHits& even, const Rect& rect,
+  void AddEven(const TracedLayer& layer, const EvenHits& even, const Rect& rect, std::size_t show,
                Block& block) const {
-    const bool one_colour = SeeOneColour(layer, even.CornersOf(0, 0, 1, 1));
+    const bool one_colour = SeeOneColour(layer, show, even.CornersOf(0, 0, 1, 1));
     const double w = 1.0 / rect.width, h = 1.0 / rect.height;
     for (int j = 0; j < rect.height; ++j) {
       for (int i = 0; i < rect.width; ++i) {
-        Sum& sum = block.At(rect.x + i, rect.y + j);
+        Sum& sum = block.At(show, rect.x + i, rect.y + j);
         if (one_colour ||
-            SeeOneColour(layer, even.CornersOf(i * w, j * h, (i + 1) * w, (j + 1) * h))) {
+            SeeOneColour(layer, show, even.CornersOf(i * w, j * h, (i + 1) * w, (j + 1) * h))) {
           Sum light;
-          layer.AddLight(even.At((i + 0.5) * w, (j + 0.5) * h), light);
+          layer.AddLight(even.At((i + 0.5) * w, (j + 0.5) * h), show, light);
           sum.Add(points_.count(), light);
           continue;
         }
         const std::uint64_t hash = HashOf(rect.x + i, rect.y + j);
         for (int k = 0; k < points_.count(); ++k) {
           const std::array<double, 4> p = points_.Point(k, hash);
-          layer.AddLight(even.At((i + p[0]) * w, (j + p[1]) * h), sum);
+          layer.AddLight(even.At((i + p[0]) * w, (j + p[1]) * h), show, sum);
         }
       }
     }
   }
 
   const PrototypeCamera& camera_;
+  std::span<const Show> shows_;
   std::vector<TracedLayer> layers_;
-  const std::optional<PrintedSheet>& sheet_;
   Rigid display_from_camera_;
   PixelPoints points_;
   int width_, height_;
@@ -491,41 +511,62 @@ Image<Rgb> Means(const Image<Rgb>& image, int side) {
   return means;
 }
 
-// `samples` lines of sight for `side` x `side` pixels, rounded up; progress, by `side` rows.
-Image<Rgb> Expose(const Prototype& prototype, const PrototypeCamera& camera, int samples, int side,
-                  Progress& progress) {
-  const Exposing exposing(prototype, camera, (samples + side * side - 1) / (side * side));
-  Image<Rgb> photograph(camera.camera.width, camera.camera.height);
-  const int height = photograph.height();
+// `samples` lines of sight for `side` x `side` pixels, rounded up; progress, by `side` rows of
+// every photograph.
+std::vector<Image<Rgb>> Expose(const Calibration& calibration, std::span<const Show> shows,
+                               const PrototypeCamera& camera, int samples, int side,
+                               Progress& progress) {
+  const Exposing exposing(calibration, shows, camera, (samples + side * side - 1) / (side * side));
+  const int height = camera.camera.height;
+  std::vector<Image<Rgb>> photographs;
+  for (std::size_t i = 0; i < shows.size(); ++i) {
+    photographs.emplace_back(camera.camera.width, height);
+  }
   constexpr int kRows = Exposing::kBlock;
   ParallelForEach(0, (height + kRows - 1) / kRows, [&](std::int64_t block) {
     const int top = static_cast<int>(block) * kRows;
-    exposing.Expose(top, photograph);
-    for (int y = top; y < std::min(top + kRows, height); y += side) progress.Advance();
+    exposing.Expose(top, photographs);
+    const int rows = (std::min(top + kRows, height) - top + side - 1) / side;
+    progress.Advance(rows * static_cast<std::int64_t>(shows.size()));
   });
-  return photograph;
+  return photographs;
 }
 
 }  // namespace
 
-Image<Rgb> PhotographPrototype(const Prototype& prototype, const PrototypeCamera& camera,
-                               int samples, Progress& progress) {
-  Check(prototype.calibration, prototype.calibration.display);
-  CheckShown(prototype);
-  CheckCamera(prototype, camera);
-  if (!(camera.blur_px > 0)) return Expose(prototype, camera, samples, 1, progress);
+std::vector<Image<Rgb>> PhotographShows(const Calibration& calibration, std::span<const Show> shows,
+                                        const PrototypeCamera& camera, int samples,
+                                        Progress& progress) {
+  Check(calibration, calibration.display);
+  for (const Show& show : shows) CheckShown(calibration.layers, show);
+  CheckCamera(calibration, camera);
+  if (!(camera.blur_px > 0)) return Expose(calibration, shows, camera, samples, 1, progress);
   // A lens spreads light before there are pixels. Pixels that are spread have aliases of the edges
   // in them: at 1 px corners are found 0.008 px aside by where between pixels they are.
   constexpr int kSide = 2;
   PrototypeCamera fine = camera;
   fine.camera = Resized(camera.camera, kSide);
-  return Means(Blurred(Expose(prototype, fine, samples, kSide, progress), kSide * camera.blur_px),
-               kSide);
+  std::vector<Image<Rgb>> photographs = Expose(calibration, shows, fine, samples, kSide, progress);
+  for (Image<Rgb>& photograph : photographs) {
+    photograph = Means(Blurred(std::move(photograph), kSide * camera.blur_px), kSide);
+  }
+  return photographs;
+}
+
+Image<Rgb> PhotographPrototype(const Prototype& prototype, const PrototypeCamera& camera,
+                               int samples, Progress& progress) {
+  const Show show{prototype.shown, prototype.sheet};
+  return std::move(
+      PhotographShows(prototype.calibration, {&show, 1}, camera, samples, progress).front());
 }
 
 Rgb LightAlong(const Prototype& prototype, const Vector3d& origin, const Vector3d& direction) {
+  const Show show{prototype.shown, {}};
   Sum sum;
-  for (const TracedLayer& layer : Traced(prototype)) layer.AddLight(origin, direction, sum);
+  for (const TracedLayer& layer : Traced(prototype.calibration, {&show, 1})) {
+    const std::optional<SightHit> hit = layer.sights.Seen(origin, direction);
+    if (hit) layer.AddLight(*hit, 0, sum);
+  }
   return {ToFloat(sum.r), ToFloat(sum.g), ToFloat(sum.b)};
 }
 

@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "lightfield/calibration.h"
@@ -38,10 +39,16 @@ struct PrintedSheet {
   std::shared_ptr<const Image<Rgb>> light;
 };
 
+// What is before the camera at one time.
+struct Show {
+  std::vector<ShownLayer> layers;          // all of them
+  std::optional<PrintedSheet> sheet = {};  // its light is added: it stands beside the panels
+};
+
 struct Prototype {
   Calibration calibration;
-  std::vector<ShownLayer> shown;           // one per layer
-  std::optional<PrintedSheet> sheet = {};  // its light is added: it stands beside the panels
+  std::vector<ShownLayer> shown;  // one per layer
+  std::optional<PrintedSheet> sheet = {};
 };
 
 // Panel images from 8-bit codes through the panel's photometry: curve, black level, primaries,
@@ -71,6 +78,12 @@ struct PrototypeCamera {
 // not fit the calibration.
 Image<Rgb> PhotographPrototype(const Prototype& prototype, const PrototypeCamera& camera,
                                int samples, Progress& progress);
+
+// Of several shows, a photograph each: every line of sight is traced once for all of them.
+// `progress` advances by one per row of each.
+std::vector<Image<Rgb>> PhotographShows(const Calibration& calibration, std::span<const Show> shows,
+                                        const PrototypeCamera& camera, int samples,
+                                        Progress& progress);
 
 // The light that the display shows along one line of sight, in the display's frame.
 Rgb LightAlong(const Prototype& prototype, const Eigen::Vector3d& origin,

@@ -31,18 +31,21 @@ Image<Rgb8> CodesOf(const std::string& source, const PanelCalibration& panel) {
   return codes;
 }
 
-// One image per slot; slots that show the same file share it.
-template <class T, class Make>
-std::vector<std::shared_ptr<const Image<T>>> Load(const std::vector<std::string>& sources,
-                                                  const PanelCalibration& panel, Make make) {
-  std::map<std::string, std::shared_ptr<const Image<T>>> known;
+// One image per slot of a layer's panel. What is in memory is not made again.
+template <class T, class Loaded, class Make>
+std::vector<std::shared_ptr<const Image<T>>> LoadImages(const std::vector<std::string>& sources,
+                                                        std::size_t layer,
+                                                        const PanelCalibration& panel,
+                                                        Loaded& loaded, Make make) {
   std::vector<std::shared_ptr<const Image<T>>> images;
   for (const std::string& source : sources) {
-    auto& image = known[source];
+    std::weak_ptr<const Image<T>>& known = loaded[{layer, source}];
+    std::shared_ptr<const Image<T>> image = known.lock();
     if (!image) {
       image = std::make_shared<const Image<T>>(make(panel, CodesOf(source, panel).span()));
+      known = image;
     }
-    images.push_back(image);
+    images.push_back(std::move(image));
   }
   return images;
 }
@@ -158,26 +161,34 @@ std::set<fs::path> FilesOf(const Shot& shot) {
 
 std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration,
                                  double slot_crosstalk) {
-  if (shot.layers.size() != calibration.layers.size()) {
+  return ShotLoader(calibration, slot_crosstalk).Load(shot);
+}
+
+ShotLoader::ShotLoader(const Calibration& calibration, double slot_crosstalk)
+    : calibration_(calibration), slot_crosstalk_(slot_crosstalk) {}
+
+std::vector<ShownLayer> ShotLoader::Load(const Shot& shot) {
+  if (shot.layers.size() != calibration_.layers.size()) {
     throw InputError(fmt::format("shot \"{}\"", shot.name),
                      fmt::format("is of {} layers, the display has {}", shot.layers.size(),
-                                 calibration.layers.size()),
+                                 calibration_.layers.size()),
                      "show every layer, black ones too");
   }
   std::vector<ShownLayer> shown;
   for (std::size_t l = 0; l < shot.layers.size(); ++l) {
-    const LayerCalibration& layer = calibration.layers[l];
+    const LayerCalibration& layer = calibration_.layers[l];
     ShownLayer images;
-    images.emitter = Load<Rgb>(shot.layers[l].emitter, layer.emitter, LightOfEmitter);
+    images.emitter =
+        LoadImages<Rgb>(shot.layers[l].emitter, l, layer.emitter, emitters_, LightOfEmitter);
     if (layer.modulator) {
-      images.modulator =
-          Load<float>(shot.layers[l].modulator, *layer.modulator, TransmittanceOfModulator);
+      images.modulator = LoadImages<float>(shot.layers[l].modulator, l, *layer.modulator,
+                                           modulators_, TransmittanceOfModulator);
     }
     const std::size_t slots = images.emitter.size();
-    if (slot_crosstalk > 0 && slots > 1) {
+    if (slot_crosstalk_ > 0 && slots > 1) {
       std::vector<int> order = shot.layers[l].order;
       for (std::size_t t = order.size(); t < slots; ++t) order.push_back(static_cast<int>(t));
-      images = WithSlotCrosstalk(images, order, slot_crosstalk);
+      images = WithSlotCrosstalk(images, order, slot_crosstalk_);
     }
     shown.push_back(std::move(images));
   }

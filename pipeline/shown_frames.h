@@ -2,8 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "datasets_synthetic/prototype.h"
@@ -41,6 +44,22 @@ std::set<std::filesystem::path> FilesOf(const Shot& shot);
 // `slot_crosstalk` is a display's.
 std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration,
                                  double slot_crosstalk = 0);
+
+// The same of one shot after the other: panels that show what they show in a shot that is still in
+// memory share its images.
+class ShotLoader {
+ public:
+  ShotLoader(const Calibration& calibration, double slot_crosstalk);  // refers to it
+  std::vector<ShownLayer> Load(const Shot& shot);
+
+ private:
+  template <class T>
+  using Loaded = std::map<std::pair<std::size_t, std::string>, std::weak_ptr<const Image<T>>>;
+  const Calibration& calibration_;
+  double slot_crosstalk_;
+  Loaded<Rgb> emitters_;  // by layer and source
+  Loaded<float> modulators_;
+};
 
 // The light of the brightest layer, on average over its face, were all its emitters white: gain *
 // mean transmittance. A scene's white is what one layer shows while the others are black.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -19,6 +20,7 @@
 #include "lightfield/error.h"
 #include "lightfield/hash.h"
 #include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
 #include "pipeline/calibration_record.h"
 #include "pipeline/capture/transforms_json.h"
 #include "pipeline/layers_record.h"
@@ -142,8 +144,11 @@ double ExposureOf(const SynthPhotosOptions& options, const std::vector<Shot>& sh
                   const Calibration& calibration) {
   if (options.exposure) return *options.exposure;
   double white = 0;
+  ShotLoader loader(calibration, 0);
+  std::vector<ShownLayer> shown;
   for (const Shot& shot : shots) {
-    white = std::max(white, WhiteOf(calibration, LoadShot(shot, calibration)));
+    shown = loader.Load(shot);
+    white = std::max(white, WhiteOf(calibration, shown));
   }
   const double full_scale = options.shots.empty() ? 1 : 0.8;
   return white > 0 ? full_scale / white : 1;
@@ -238,27 +243,69 @@ void WriteTruth(const fs::path& out, const std::vector<Taken>& all, const Calibr
   WriteTextAtomically(out / "photos.json", record.dump(1) + "\n");
 }
 
-// One photograph after the other; `exposure` is that of a shot with a factor of 1.
+// How many shots are photographed together, for lines of sight to be traced once: by the memory of
+// their photographs and of a panel's images each.
+std::size_t ShotsAtOnce(const std::vector<const Taken*>& left, const Truth& truth, bool blurs) {
+  constexpr double kBytes = 512.0 * 1024 * 1024;
+  double photo_px = 0, panel_px = 0;
+  for (const Taken* taken : left) {
+    const Camera& camera = taken->photo.camera;
+    photo_px = std::max(photo_px, static_cast<double>(camera.width) * camera.height);
+  }
+  for (const LayerCalibration& layer : truth.calibration.layers) {
+    panel_px =
+        std::max(panel_px, static_cast<double>(layer.emitter.width_px) * layer.emitter.height_px);
+  }
+  const double bytes =
+      sizeof(Rgb) * (photo_px * (blurs ? 4 : 1) + panel_px) + sizeof(float) * panel_px;
+  return static_cast<std::size_t>(std::clamp(kBytes / bytes, 1.0, 16.0));
+}
+
+// Of some shots, `exposure` being that of one with a factor of 1.
+void TakeTogether(std::span<const Taken* const> together, const SynthPhotosOptions& options,
+                  const Truth& truth, double exposure, ShotLoader& loader, Progress& progress) {
+  const std::optional<Rigid> board_place = PlaceOfPrintedBoard(options.printed_board);
+  std::map<const Shot*, Show> shows;
+  std::map<std::string, std::vector<const Taken*>> by_camera;
+  for (const Taken* taken : together) {
+    by_camera[taken->camera].push_back(taken);
+    const Shot& shot = *taken->shot;
+    if (shows.contains(&shot)) continue;
+    Show& show = shows[&shot];
+    show.layers = loader.Load(shot);
+    if (board_place && !shot.printed.empty()) {
+      show.sheet = SheetOf(shot, *board_place, exposure * shot.exposure);
+    }
+  }
+  for (const auto& [camera, photos] : by_camera) {
+    std::vector<Show> seen;
+    for (const Taken* taken : photos) seen.push_back(shows.at(taken->shot));
+    const std::vector<Image<Rgb>> lights = PhotographShows(
+        truth.calibration, seen, CameraOf(photos[0]->photo, options), options.samples, progress);
+    ParallelForEach(0, static_cast<std::int64_t>(photos.size()), [&](std::int64_t i) {
+      const Taken& taken = *photos[static_cast<std::size_t>(i)];
+      const Sensor sensor = SensorOf(options, exposure * taken.shot->exposure);
+      const Image<Rgb>& light = lights[static_cast<std::size_t>(i)];
+      WritePhotograph(taken.photo.image, Develop(light.span(), sensor, taken.seed), options);
+    });
+  }
+}
+
 void Take(const std::vector<const Taken*>& left, const SynthPhotosOptions& options,
           const Truth& truth, double exposure, Progress& progress) {
-  const std::optional<Rigid> board_place = PlaceOfPrintedBoard(options.printed_board);
   std::int64_t rows = 0;
   for (const Taken* taken : left) rows += taken->photo.camera.height;
   progress.Start("photographs", rows, "rows");
-  Prototype prototype{truth.calibration, {}};
-  const Shot* shown = nullptr;
-  for (const Taken* taken : left) {
-    const Sensor sensor = SensorOf(options, exposure * taken->shot->exposure);
-    if (std::exchange(shown, taken->shot) != taken->shot) {
-      prototype.shown = LoadShot(*shown, truth.calibration, truth.slot_crosstalk);
-      prototype.sheet.reset();
-      if (board_place && !shown->printed.empty()) {
-        prototype.sheet = SheetOf(*shown, *board_place, sensor.exposure);
-      }
-    }
-    const Image<Rgb> light =
-        PhotographPrototype(prototype, CameraOf(taken->photo, options), options.samples, progress);
-    WritePhotograph(taken->photo.image, Develop(light.span(), sensor, taken->seed), options);
+  const std::size_t most = ShotsAtOnce(left, truth, options.blur_px > 0);
+  ShotLoader loader(truth.calibration, truth.slot_crosstalk);
+  for (auto first = left.begin(); first != left.end();) {
+    std::set<const Shot*> shots;
+    const auto end = std::find_if(first, left.end(), [&](const Taken* taken) {
+      shots.insert(taken->shot);
+      return shots.size() > most;
+    });
+    TakeTogether({first, end}, options, truth, exposure, loader, progress);
+    first = end;
   }
 }
 

@@ -47,8 +47,8 @@ OptionTable Describe(SynthPhotosOptions& options);
 //   transforms.json           a frame per photograph: its camera, in the display's frame
 //   photos.json               which camera and shot each is of, exposure and sensor
 // A file's bytes depend on the options and their files alone. A run that was stopped goes on where
-// it was when the same is asked for again (unfinished.json is there until then). UsageError or InputError with a line
-// that says what is missing or does not fit.
+// it was when the same is asked for again (unfinished.json is there until then). UsageError or
+// InputError with a line that says what is missing or does not fit.
 int SynthPhotos(const SynthPhotosOptions& options, const std::filesystem::path& out,
                 Progress& progress);
 

@@ -167,12 +167,14 @@ TEST(SynthPhotos, GoesOnWhereItWasStopped) {
 
 TEST(SynthPhotos, KeepsNoPhotographsOfSomethingElse) {
   const fs::path folder = Folder(), out = folder / "out";
-  Stopping stopping(24 + 4);
-  EXPECT_THROW(SynthPhotos(OptionsOf(folder), out, stopping), std::runtime_error);
+  SynthPhotosOptions options = OptionsOf(folder);
+  options.eyes = "0,0,300;20,0,300";
+  Stopping stopping(2 * 24 + 4);
+  EXPECT_THROW(SynthPhotos(options, out, stopping), std::runtime_error);
   // One of the shown images is another one now.
   WriteCodes8(folder / "mark.png", Image<Rgb8>(36, 24, Rgb8{255, 255, 255}).span());
   Stopping going_on(100000);
-  SynthPhotos(OptionsOf(folder), out, going_on);
+  SynthPhotos(options, out, going_on);
   EXPECT_EQ(going_on.notes, "");
   EXPECT_NEAR(ReadImage(out / "images/eye_001_mark.png")(29, 19).r, 0.4, 0.01);
 }
