@@ -34,6 +34,13 @@ TRUE_DEPTH_DISPLAYS = {"paper": "as paper-two-layer", "effective": "layers and b
                        "lens": "square lenslets"}
 SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
 TRIALS, FIRST_SEED = 20, 301  # of the calibration loop
+# What its design does not know, and which group that asks for. Photographs of half the pixels.
+TERMS = {"nothing": ((), None), "panels bowed by 0.02 mm": (("--bow", "0.02"), "bow"),
+         "a splitter's glass of 5 mm, as designed": (("--plate", "5"), None),
+         "a splitter's glass of 5.4 mm, not 5": (("--plate", "5.4"), "plate thickness"),
+         "spacers of index 1.55, not 1.49": (("--index", "1.55"), "index")}
+TERM_GROUPS = ("bow", "plate thickness", "index")
+TERM_WIDTH_PX = 1936
 LOOP_FIGURES = {"gap_error_mm": ("gap", "mm", 0.01), "rotation_error_deg": ("rotation", "°", 0.001),
                 "ray_rms_px": ("rays, RMS", "panel px", 0.02), "ray_max_px": ("rays, largest", "panel px", 0.06)}
 
@@ -247,12 +254,13 @@ def true_depth(bench, quality):
     return take
 
 
-def calibration_trials(bench):
+def calibration_trials(bench, *options):
     """The twenty trials of scripts/calibration_loop.sh, two at a time, a line for each."""
     def take(workspace):
         half = TRIALS // 2
         loops = [subprocess.Popen([Path(__file__).parent / "calibration_loop.sh", "--program", bench.program, "--trials", str(half),
-                                   "--first", str(FIRST_SEED + half * i)], stdout=subprocess.PIPE, text=True) for i in range(2)]
+                                   "--first", str(FIRST_SEED + half * i), *options], stdout=subprocess.PIPE, text=True)
+                 for i in range(2)]
         lines = [line for loop in loops for line in loop.communicate()[0].splitlines() if line.startswith("seed ")]
         if len(lines) != TRIALS:
             sys.exit(f"accuracy: {len(lines)} of {TRIALS} calibrations ended")
@@ -273,9 +281,23 @@ def calibration_time(bench):
     return take
 
 
+def closed_loop(bench):
+    """What eyes see beside the scene, of panels of full size: by the truth, then by photographs."""
+    def take(workspace):
+        done = subprocess.run([bench.program.parent / "tests/pipeline_test", "--gtest_filter=CalibratedDisplay.*"],
+                              env={**os.environ, "LAMELLA_FULL_SIZE": "1"}, stdout=subprocess.PIPE, text=True, check=True)
+        lines = [line for line in done.stdout.splitlines() if line.startswith("view error: ")]
+        return {"known": lines[0], "photographs": lines[1]}
+    return take
+
+
 def take_calibration(bench):
+    terms = {name: bench.measure("calibration_terms_" + "_".join(options).replace("--", ""),
+                                 calibration_trials(bench, "--width", str(TERM_WIDTH_PX), *options))["trials"]
+             for name, (options, _) in TERMS.items()}
     return {"loop": bench.measure("calibration_trials", calibration_trials(bench))["trials"],
-            "time": bench.measure("calibration_time", calibration_time(bench))}
+            "time": bench.measure("calibration_time", calibration_time(bench)),
+            "terms": terms, "closed_loop": bench.measure("closed_loop", closed_loop(bench))}
 
 
 def take_true_depth(bench):
@@ -303,6 +325,7 @@ def take_all(bench):
                                                       "paper-two-layer", "balanced"))
     results["true_depth"] = take_true_depth(bench)
     results["calibration"] = take_calibration(bench)
+    results["trade"] = (Path(__file__).parents[1] / "docs/experiments.md").read_text()
     results["scenes"] = {name: bench.measure(f"scene_{name}", scene(bench, name, judged)) for name, judged in SCENES.items()}
     return results
 
@@ -377,7 +400,49 @@ positions, distorted, blurred by 1 px and noisy. {len(solved)} of {TRIALS} calib
 """ + table(["error against the truth", "median", "largest", "asked for", "within"], rows) + f"""
 
 `lamella calibrate solve` of {results["time"]["photographs"]} such photographs, from files to calibration and report, takes {cost(results["time"])[0]} and
-{cost(results["time"])[1]}."""
+{cost(results["time"])[1]}.
+
+Which parameters beyond poses, gaps and scales photographs ask for, of such prototypes that differ from their design
+(photographs of {TERM_WIDTH_PX} px, the same seeds; calibrations in which each was freed, of those written):
+
+""" + table(["what the design does not know", *TERM_GROUPS], terms_rows(results["terms"])) + f"""
+
+Frames made by a calibration, shown on a prototype of paper-two-layer's size that is 20 mm and 5° off, and looked at
+from 5 new positions (`LAMELLA_FULL_SIZE=1 build/release/tests/pipeline_test --gtest_filter='CalibratedDisplay.*'`): RMS
+of what is seen beside the scene, linear, white 1. The two prototypes differ; in the second the reference panel, which is
+a calibration's world, is in its place:
+
+""" + table(["panels known", "corrected", "uncorrected", "a homography per layer", "a homography per panel"],
+            [closed_loop_row("exactly", results["closed_loop"]["known"]),
+             closed_loop_row("from 12 positions", results["closed_loop"]["photographs"])])
+
+
+def terms_rows(terms):
+    rows = []
+    for name, (_, wanted) in TERMS.items():
+        solved = [line for line in terms[name] if not line.startswith("refused")]
+        freed = lambda group: sum(group in line.partition("freed ")[2].split(", ") for line in solved)
+        counts = [f"{freed(group)} of {len(solved)}" for group in TERM_GROUPS]
+        rows.append([name, *(f"**{count}**" if group == wanted else count for group, count in zip(TERM_GROUPS, counts))])
+    return rows
+
+
+def closed_loop_row(name, line):
+    keys = ("corrected", "uncorrected", "a homography per layer", "per panel")
+    return [name, *(f"{float(re.search(rf'(?:^|[: ]){key} ([0-9.]+)', line)[1]):.4f}" for key in keys)]
+
+
+def trade_section(text):
+    """Of the page of experiments, which scripts/experiments.sh writes: its curves and its table."""
+    section = re.search(r"^## Speed for accuracy\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)[1]
+    curves = re.findall(r"^!\[.*\]\(.*\)$", section, re.MULTILINE)
+    ways = re.search(r"^\| way \|.*?(?=\n\n)", section, re.MULTILINE | re.DOTALL)[0]
+    return """## Speed for accuracy of the layers
+
+Rays a display ray, kernels and implementations of the prefilter against seconds and PSNR, presets marked, on a scene in
+closed form (`scripts/experiments.sh trade`; its [set-up](experiments.md#speed-for-accuracy)):
+
+""" + "\n\n".join([*curves, ways])
 
 
 def page(results):
@@ -389,9 +454,6 @@ Written by `scripts/accuracy.sh`, not by hand: {cores} cores, no GPU, release bu
 each, so they are good to a tenth or so. PSNR is of 8-bit sRGB codes. The captures: *fountain* (fountain-P11, Strecha
 et al. 2008, 11 photographs of 3072x2048), *sceaux* (11 photographs of 2832x2128), *antinous* (HCI 4D light field
 benchmark, 9x9 views of 512x512), *room* (`lamella synth scene room`: 14 photographs of 960x720, exact truth).
-
-What the layers' rays, kernels and order of the prefilter cost and give is swept on a scene in closed form:
-[Speed for accuracy](experiments.md#speed-for-accuracy).
 
 ## Poses of photographs
 
@@ -479,6 +541,8 @@ Sceaux, photographs to page, balanced: {sceaux['stages']['poses']['summary']['re
 {true_depth_section(results["true_depth"])}
 
 {calibration_section(results["calibration"])}
+
+{trade_section(results["trade"])}
 
 ## Time and peak memory of every stage
 

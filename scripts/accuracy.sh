@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures what lamella reaches and what it costs, with commands anyone can run, and writes
-# docs/accuracy.md and the table in README.md. Takes about an hour and a half on two idle cores.
+# docs/accuracy.md and the table in README.md. Takes about three hours on two idle cores.
 #
 #   scripts/accuracy.sh [--fresh] [--only true-depth|calibration]
 #
@@ -29,7 +29,7 @@ fi
 
 scripts/setup.sh
 cmake --preset release --log-level=WARNING
-cmake --build --preset release --target lamella
+cmake --build --preset release --target lamella pipeline_test
 $fresh && rm -rf output/accuracy
 exec python3 scripts/accuracy.py --program build/release/lamella --data "$data" \
   --work output/accuracy --page docs/accuracy.md --readme README.md "${only[@]}"

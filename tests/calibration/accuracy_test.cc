@@ -159,6 +159,61 @@ TEST(Accuracy, IsHonestWherePhotographsSlip) {
   EXPECT_NEAR(honesty.Normalised(), 1, LongTrials() >= 100 ? 0.22 : 0.5);
 }
 
+// Sets of photographs that lose something (calibration.md section 8) and still determine a display.
+struct PoorSet {
+  const char* name;
+  std::function<void(SceneOptions&)> options;
+  std::function<bool(const PanelPhoto&, const Observation&)> seen;
+  FreeGroups free = {};
+};
+
+// With the index free a gap is known through it alone.
+std::vector<PoorSet> PoorSets() {
+  const auto all = [](const PanelPhoto&, const Observation&) { return true; };
+  const auto standard = [](SceneOptions&) {};
+  FreeGroups index;
+  index.index = true;
+  return {
+      {"hardly tilted", [](SceneOptions& o) { o.yaw_deg = o.pitch_deg = 2; }, all},
+      {"from one side", [](SceneOptions& o) { o.one_side_deg = 20, o.yaw_deg = 4; }, all},
+      {"left third", standard,
+       [](const PanelPhoto&, const Observation& p) { return p.panel_px.x() < 640; }},
+      {"an emitter in two views", standard,
+       [](const PanelPhoto& photo, const Observation&) {
+         return photo.panel != PanelId{1, PanelId::kEmitter} || photo.view == 2 || photo.view == 8;
+       }},
+      {"index free", standard, all, index},
+      {"index free, within 10 degrees", [](SceneOptions& o) { o.yaw_deg = o.pitch_deg = 10; }, all,
+       index}};
+}
+
+TEST(Accuracy, IsStatedHonestlyWherePhotographsLoseSomething) {
+  for (const PoorSet& set : PoorSets()) {
+    SceneOptions options = Standard();
+    options.columns = std::max(options.columns, 15);
+    options.rows = std::max(options.rows, 9);
+    set.options(options);
+    const Bench bench(options);
+    double squares = 0, stated = 0;
+    const int trials = Trials(4, 0.2);
+    for (int i = 0; i < trials; ++i) {
+      Observations observations = Noisy(bench.scene.exact, 0.1, Seed() + 1300U + i);
+      for (PanelPhoto& photo : observations.photos) {
+        std::erase_if(photo.points, [&](const Observation& p) { return !set.seen(photo, p); });
+      }
+      const Fit fit = bench.Solved(observations, set.free);
+      const double error = bench.RayError(fit);
+      const double sd = UncertaintyOfRays(fit, bench.structure, CovarianceOf(fit), {}).rms_sd_px;
+      squares += error * error;
+      stated += sd * sd;
+    }
+    const double ratio = std::sqrt(stated / squares);
+    fmt::print("{}, {} trials: rays {:.4f} px, stated are {:.3f} of it\n", set.name, trials,
+               std::sqrt(squares / trials), ratio);
+    EXPECT_GT(ratio, LongTrials() > 0 ? 0.8 : 0.6) << set.name;
+  }
+}
+
 // Spoils photographs; `good` keeps only what is right.
 using Spoil = std::function<void(Observations& all, Observations& good, std::mt19937& random)>;
 
