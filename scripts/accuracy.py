@@ -34,13 +34,13 @@ TRUE_DEPTH_DISPLAYS = {"paper": "as paper-two-layer", "effective": "layers and b
                        "lens": "square lenslets"}
 SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
 TRIALS, FIRST_SEED = 20, 301  # of the calibration loop
-# What its design does not know, and which group that asks for. Photographs of half the pixels.
+# What its design does not know, and which group that asks for. Photographs of a quarter of the pixels.
 TERMS = {"nothing": ((), None), "panels bowed by 0.02 mm": (("--bow", "0.02"), "bow"),
          "a splitter's glass of 5 mm, as designed": (("--plate", "5"), None),
          "a splitter's glass of 5.4 mm, not 5": (("--plate", "5.4"), "plate thickness"),
          "spacers of index 1.55, not 1.49": (("--index", "1.55"), "index")}
 TERM_GROUPS = ("bow", "plate thickness", "index")
-TERM_WIDTH_PX = 1936
+TERM_WIDTH_PX = 1344
 LOOP_FIGURES = {"gap_error_mm": ("gap", "mm", 0.01), "rotation_error_deg": ("rotation", "°", 0.001),
                 "ray_rms_px": ("rays, RMS", "panel px", 0.02), "ray_max_px": ("rays, largest", "panel px", 0.06)}
 

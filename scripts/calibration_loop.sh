@@ -178,6 +178,6 @@ for ((seed = first; seed < first + trials; ++seed)); do
   fi
   [[ -n $out ]] || rm -rf "${work:?}/$seed"
 done
-sort <<< "$all_freed" | uniq -c | sed -n 's/^ *\([0-9]*\) \(..*\)$/freed \2: \1/p'
+sort <<< "$all_freed" | uniq -c | sed -n 's/^ *\([0-9][0-9]*\) \(..*\)$/freed \2: \1/p'
 echo "trials $trials  met $met  refused $refused  missed $missed"
 ((missed == 0 && 20 * refused <= trials))

@@ -25,6 +25,13 @@ class CalibrationLoopTest(SystemTest):
         self.assertLess(max_px, 0.12)
         self.assertLess(gap_mm, 0.2)
 
+    def test_frees_what_the_design_does_not_know(self):
+        done = self.loop("--trials", "1", "--first", "4", "--small", "--views", "8", "--bow", "0.3")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertRegex(done.stdout.splitlines()[0], r"^seed 4 met: .* freed scale, bow$")
+        self.assertEqual(done.stdout.splitlines()[1:],
+                         ["freed bow: 1", "freed scale: 1", "trials 1  met 1  refused 0  missed 0"])
+
     def test_too_few_positions_are_refused(self):
         done = self.loop("3", "--small", "--views", "1")
         self.assertEqual(done.returncode, 4, done.stdout + done.stderr)
