@@ -91,17 +91,13 @@ class GrayCodeTest(SystemTest):
         (photos / "im8.png").rename(photos / "im7.png")
         (self.dir / "im7.png").rename(photos / "im8.png")
         self.assert_refused(run(*command, out), 3, "go back", "order")
-        (photos / "im9.png").write_text("no picture")
-        self.assert_refused(run(*command, out), 3, "im9.png")
-        (photos / "im9.png").unlink()
-        self.assert_refused(run(*command, out), 3, "holds 15 photographs", "need 16")
         self.assertFalse(out.exists())
         self.assertEqual(harness.half_written(self.dir), [])
 
     def test_help_is_enough(self):
-        for verb, words in (("gray-code", "OpenCV"), ("gray-code-patterns", "gray_001")):
-            result = run("calibrate", verb, "--help")
-            self.assertEqual(result.code, 0, result.err)
+        result = run("calibrate", "gray-code", "--help")
+        self.assertEqual(result.code, 0, result.err)
+        for words in ("OpenCV", "gray-code-patterns", "--cell-px", "--least-contrast", "sd_u", "Examples"):
             self.assertIn(words, result.out)
 
 
