@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <optional>
-
-#include <fmt/format.h>
+#include <cstdint>
+#include <limits>
 
 #include "lightfield/error.h"
 
@@ -22,96 +21,153 @@ int NumBits(int num_cells) {
 
 unsigned GrayOf(unsigned cell) { return cell ^ (cell >> 1U); }
 
-void CheckPhotos(const GrayCodeCapture& capture) {
-  if (capture.width_px < 1 || capture.height_px < 1 || capture.cell_px < 1) {
-    throw InputError("Gray code", "has no size", "give the projector's pixels");
+void CheckSameSize(const Image<float>& a, int width, int height) {
+  if (a.width() == width && a.height() == height) return;
+  throw InputError("Gray code", "has photographs of different sizes",
+                   "take them with one camera, unturned and uncropped");
+}
+
+// By how much a bit must differ from its inverse; infinite in pixels without contrast.
+Image<float> LeastDifference(const Image<float>& white, const Image<float>& black,
+                             double least_contrast) {
+  CheckSameSize(black, white.width(), white.height());
+  Image<float> least(white.width(), white.height());
+  for (std::size_t i = 0; i < least.size(); ++i) {
+    const double contrast =
+        static_cast<double>(white.data()[i]) - static_cast<double>(black.data()[i]);
+    least.data()[i] = contrast >= least_contrast ? static_cast<float>(kLeastShare * contrast)
+                                                 : std::numeric_limits<float>::infinity();
   }
-  if (capture.photos.size() != capture.NumPhotos()) {
-    throw InputError(
-        "Gray code",
-        fmt::format("has {} photographs; {} x {} px in cells of {} need {}", capture.photos.size(),
-                    capture.width_px, capture.height_px, capture.cell_px, capture.NumPhotos()),
-        "give every pattern with its inverse, then white and black");
-  }
-  for (const auto& photo : capture.photos) {
-    if (photo.width == capture.photos[0].width && photo.height == capture.photos[0].height)
-      continue;
-    throw InputError("Gray code", "has photographs of different sizes",
-                     "take them with one camera, unturned and uncropped");
+  return least;
+}
+
+// Takes the next bit into the cells; -1 where one was not clear.
+void AddBit(const Image<float>& pattern, const Image<float>& inverse, const Image<float>& least,
+            Image<std::int32_t>& cells) {
+  CheckSameSize(pattern, cells.width(), cells.height());
+  CheckSameSize(inverse, cells.width(), cells.height());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const float difference = pattern.data()[i] - inverse.data()[i];
+    std::int32_t& cell = cells.data()[i];
+    if (!(std::abs(difference) >= least.data()[i])) {
+      cell = -1;
+    } else if (cell >= 0) {
+      // A bit of the cell is the parity of the code's so far.
+      cell = 2 * cell + ((cell % 2 == 1) != (difference > 0) ? 1 : 0);
+    }
   }
 }
 
-// The cell that a pixel sees; nothing where a bit is not clear or there is no such cell.
-std::optional<unsigned> CellAt(const GrayCodeCapture& capture, std::size_t first, int num_bits,
-                               int num_cells, float least, int x, int y) {
-  unsigned cell = 0, bit = 0;
-  for (int i = 0; i < num_bits; ++i) {
-    const std::size_t photo = first + 2 * static_cast<std::size_t>(i);
-    const float difference = capture.photos[photo](x, y) - capture.photos[photo + 1](x, y);
-    if (std::abs(difference) < least) return std::nullopt;
-    bit ^= difference > 0 ? 1U : 0U;  // a bit of the cell is the parity of the code's so far
-    cell = cell << 1U | bit;
+// The middles of cells and their standard deviations, px; the last cell may be a narrower one.
+void FillAxis(const Image<std::int32_t>& cells, int size_px, int cell_px, Image<float>& middle,
+              Image<float>& sigma, Image<std::uint8_t>& valid) {
+  const int num_cells = NumCells(size_px, cell_px);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::int32_t cell = cells.data()[i];
+    if (cell < 0 || cell >= num_cells) {
+      valid.data()[i] = 0;
+      continue;
+    }
+    const int begin = cell * cell_px, end = std::min(begin + cell_px, size_px);
+    middle.data()[i] = static_cast<float>(begin + end) / 2;
+    sigma.data()[i] = static_cast<float>((end - begin) / std::sqrt(12.0));
   }
-  return cell < static_cast<unsigned>(num_cells) ? std::optional(cell) : std::nullopt;
+}
+
+struct CellSteps {
+  std::int64_t all = 0, back = 0;
+  double ShareBack() const {
+    return all > 0 ? static_cast<double>(back) / static_cast<double>(all) : 0;
+  }
+};
+
+// From cell to cell of the valid pixels of all rows, or of all columns.
+CellSteps StepsAlong(const Image<float>& position, const Image<std::uint8_t>& valid, bool rows) {
+  CellSteps steps;
+  const int lines = rows ? valid.height() : valid.width();
+  const int length = rows ? valid.width() : valid.height();
+  for (int line = 0; line < lines; ++line) {
+    float last = 0;
+    int direction = 0;  // of the last step
+    for (int i = 0; i < length; ++i) {
+      const int x = rows ? i : line, y = rows ? line : i;
+      if (valid(x, y) == 0 || position(x, y) == last) continue;
+      if (last > 0) {
+        const int step = position(x, y) > last ? 1 : -1;
+        if (direction != 0) ++steps.all;
+        if (direction == -step) ++steps.back;
+        direction = step;
+      }
+      last = position(x, y);
+    }
+  }
+  return steps;
+}
+
+// Along the lines that meet more cells: those nearly along a border of cells go to and fro over it.
+double ShareBack(const Image<float>& position, const Image<std::uint8_t>& valid) {
+  const CellSteps rows = StepsAlong(position, valid, true);
+  const CellSteps columns = StepsAlong(position, valid, false);
+  return (rows.all > columns.all ? rows : columns).ShareBack();
 }
 
 }  // namespace
 
-int GrayCodeCapture::NumColumnBits() const { return NumBits(NumCells(width_px, cell_px)); }
-int GrayCodeCapture::NumRowBits() const { return NumBits(NumCells(height_px, cell_px)); }
-std::size_t GrayCodeCapture::NumPhotos() const {
+int GrayCodePatterns::NumColumnBits() const { return NumBits(NumCells(width_px, cell_px)); }
+int GrayCodePatterns::NumRowBits() const { return NumBits(NumCells(height_px, cell_px)); }
+std::size_t GrayCodePatterns::Count() const {
   return 2 * static_cast<std::size_t>(NumColumnBits() + NumRowBits() + 1);
 }
 
-ScreenMap DecodeGrayCode(const GrayCodeCapture& capture, double least_contrast) {
-  CheckPhotos(capture);
-  const int columns = NumCells(capture.width_px, capture.cell_px);
-  const int rows = NumCells(capture.height_px, capture.cell_px);
-  const auto first_row = 2 * static_cast<std::size_t>(capture.NumColumnBits());
-  const ImageSpan<const float> white = capture.photos[capture.photos.size() - 2];
-  const ImageSpan<const float> black = capture.photos.back();
-  const int width = white.width, height = white.height;
-  const auto sigma = static_cast<float>(capture.cell_px / std::sqrt(12.0));
-  ScreenMap map{{width, height},
-                {width, height},
-                {width, height, sigma},
-                {width, height, sigma},
-                {width, height}};
-  const auto middle = [&](unsigned cell, int size_px) {
-    const int begin = static_cast<int>(cell) * capture.cell_px;
-    return static_cast<float>(begin + std::min(begin + capture.cell_px, size_px)) / 2;
-  };
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const float contrast = white(x, y) - black(x, y);
-      if (static_cast<double>(contrast) < least_contrast) continue;
-      const float least = static_cast<float>(kLeastShare) * contrast;
-      const auto u = CellAt(capture, 0, capture.NumColumnBits(), columns, least, x, y);
-      const auto v = CellAt(capture, first_row, capture.NumRowBits(), rows, least, x, y);
-      if (!u || !v) continue;
-      map.u_px(x, y) = middle(*u, capture.width_px);
-      map.v_px(x, y) = middle(*v, capture.height_px);
-      map.valid(x, y) = 1;
-    }
+ScreenMap DecodeGrayCode(const GrayCodePatterns& patterns,
+                         const std::function<Image<float>(std::size_t)>& photo,
+                         double least_contrast) {
+  if (patterns.width_px < 1 || patterns.height_px < 1 || patterns.cell_px < 1) {
+    throw InputError("Gray code", "has no size", "give the projector's pixels");
   }
+  const std::size_t count = patterns.Count();
+  const Image<float> least = [&] {
+    const Image<float> white = photo(count - 2);
+    return LeastDifference(white, photo(count - 1), least_contrast);
+  }();
+  const int width = least.width(), height = least.height();
+  const auto cells_of = [&](std::size_t first, int num_bits) {
+    Image<std::int32_t> cells(width, height);
+    for (std::size_t i = first; i < first + 2 * static_cast<std::size_t>(num_bits); i += 2) {
+      const Image<float> pattern = photo(i);
+      AddBit(pattern, photo(i + 1), least, cells);
+    }
+    return cells;
+  };
+  const Image<std::int32_t> columns = cells_of(0, patterns.NumColumnBits());
+  const Image<std::int32_t> rows =
+      cells_of(2 * static_cast<std::size_t>(patterns.NumColumnBits()), patterns.NumRowBits());
+  ScreenMap map{
+      {width, height}, {width, height}, {width, height}, {width, height}, {width, height, 1}};
+  FillAxis(columns, patterns.width_px, patterns.cell_px, map.u_px, map.sigma_u, map.valid);
+  FillAxis(rows, patterns.height_px, patterns.cell_px, map.v_px, map.sigma_v, map.valid);
   return map;
 }
 
-Image<Rgb8> DrawGrayCode(const GrayCodeCapture& capture, std::size_t photo) {
-  Image<Rgb8> image(capture.width_px, capture.height_px);
-  const auto num_columns = 2 * static_cast<std::size_t>(capture.NumColumnBits());
-  const auto num_bits = num_columns + 2 * static_cast<std::size_t>(capture.NumRowBits());
-  for (int v = 0; v < capture.height_px; ++v) {
-    for (int u = 0; u < capture.width_px; ++u) {
-      bool white = photo == num_bits;
-      if (photo < num_bits) {
-        const bool is_column = photo < num_columns;
-        const std::size_t index = (is_column ? photo : photo - num_columns) / 2;
-        const int bits = is_column ? capture.NumColumnBits() : capture.NumRowBits();
-        const auto cell = static_cast<unsigned>((is_column ? u : v) / capture.cell_px);
+double ShareOfStepsBack(const ScreenMap& map) {
+  return std::max(ShareBack(map.u_px, map.valid), ShareBack(map.v_px, map.valid));
+}
+
+Image<Rgb8> DrawGrayCode(const GrayCodePatterns& patterns, std::size_t i) {
+  Image<Rgb8> image(patterns.width_px, patterns.height_px);
+  const auto num_columns = 2 * static_cast<std::size_t>(patterns.NumColumnBits());
+  const auto num_bits = num_columns + 2 * static_cast<std::size_t>(patterns.NumRowBits());
+  for (int v = 0; v < patterns.height_px; ++v) {
+    for (int u = 0; u < patterns.width_px; ++u) {
+      bool white = i == num_bits;
+      if (i < num_bits) {
+        const bool is_column = i < num_columns;
+        const std::size_t index = (is_column ? i : i - num_columns) / 2;
+        const int bits = is_column ? patterns.NumColumnBits() : patterns.NumRowBits();
+        const auto cell = static_cast<unsigned>((is_column ? u : v) / patterns.cell_px);
         const unsigned bit =
             GrayOf(cell) >> static_cast<unsigned>(bits - 1 - static_cast<int>(index)) & 1U;
-        white = (bit == 1) != (photo % 2 == 1);
+        white = (bit == 1) != (i % 2 == 1);
       }
       if (white) image(u, v) = {255, 255, 255};
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <string_view>
 
 #include "lightfield/error.h"
 
@@ -16,6 +17,38 @@ bool IsImage(const fs::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+}
+
+bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+// Length of the digits at the front.
+std::size_t Digits(std::string_view text) {
+  return static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), IsDigit) -
+                                  text.begin());
+}
+
+std::string_view WithoutZeros(std::string_view digits) {
+  return digits.substr(std::min(digits.find_first_not_of('0'), digits.size()));
+}
+
+// Numbers in names by their value: "view2" before "view10".
+bool ComesBefore(std::string_view a, std::string_view b) {
+  while (!a.empty() && !b.empty()) {
+    const std::size_t digits_a = Digits(a), digits_b = Digits(b);
+    if (digits_a > 0 && digits_b > 0) {
+      const std::string_view x = WithoutZeros(a.substr(0, digits_a));
+      const std::string_view y = WithoutZeros(b.substr(0, digits_b));
+      if (x.size() != y.size()) return x.size() < y.size();
+      if (x != y) return x < y;
+      a.remove_prefix(digits_a);
+      b.remove_prefix(digits_b);
+    } else {
+      if (a.front() != b.front()) return a.front() < b.front();
+      a.remove_prefix(1);
+      b.remove_prefix(1);
+    }
+  }
+  return a.size() < b.size();
 }
 
 }  // namespace
@@ -49,6 +82,14 @@ std::vector<NamedFile> ImagesOf(const fs::path& file_or_folder) {
                        "move one of them away: names are matched without their extension");
     }
   }
+  return files;
+}
+
+std::vector<NamedFile> ImagesByNumber(const fs::path& file_or_folder) {
+  std::vector<NamedFile> files = ImagesOf(file_or_folder);
+  std::stable_sort(files.begin(), files.end(), [](const NamedFile& a, const NamedFile& b) {
+    return ComesBefore(a.name, b.name);
+  });
   return files;
 }
 

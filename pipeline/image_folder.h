@@ -16,4 +16,7 @@ struct NamedFile {
 // InputError where there is none, or two have one name.
 std::vector<NamedFile> ImagesOf(const std::filesystem::path& file_or_folder);
 
+// The same, numbers in names by their value: "view2" before "view10".
+std::vector<NamedFile> ImagesByNumber(const std::filesystem::path& file_or_folder);
+
 }  // namespace lamella

@@ -1,7 +1,6 @@
 #include "pipeline/make_quilt.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -19,43 +18,8 @@ namespace {
 
 constexpr double kMaxPixels = 1 << 29;
 
-bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
-
-// Length of the digits at the front.
-std::size_t Digits(std::string_view text) {
-  return static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), IsDigit) -
-                                  text.begin());
-}
-
-std::string_view WithoutZeros(std::string_view digits) {
-  return digits.substr(std::min(digits.find_first_not_of('0'), digits.size()));
-}
-
-// Numbers in names by their value: "view2" before "view10".
-bool ComesBefore(std::string_view a, std::string_view b) {
-  while (!a.empty() && !b.empty()) {
-    const std::size_t digits_a = Digits(a), digits_b = Digits(b);
-    if (digits_a > 0 && digits_b > 0) {
-      const std::string_view x = WithoutZeros(a.substr(0, digits_a));
-      const std::string_view y = WithoutZeros(b.substr(0, digits_b));
-      if (x.size() != y.size()) return x.size() < y.size();
-      if (x != y) return x < y;
-      a.remove_prefix(digits_a);
-      b.remove_prefix(digits_b);
-    } else {
-      if (a.front() != b.front()) return a.front() < b.front();
-      a.remove_prefix(1);
-      b.remove_prefix(1);
-    }
-  }
-  return a.size() < b.size();
-}
-
 std::vector<NamedFile> ViewsOf(const fs::path& folder, const MakeQuiltOptions& options) {
-  std::vector<NamedFile> files = ImagesOf(folder);
-  std::stable_sort(files.begin(), files.end(), [](const NamedFile& a, const NamedFile& b) {
-    return ComesBefore(a.name, b.name);
-  });
+  std::vector<NamedFile> files = ImagesByNumber(folder);
   if (options.right_to_left) std::reverse(files.begin(), files.end());
   const QuiltLayout& layout = options.layout;
   const int tiles = layout.columns * layout.rows;

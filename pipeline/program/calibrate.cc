@@ -254,6 +254,8 @@ void AddCalibrate(CLI::App& program, Invocation& invocation) {
   AddCalibrateSolve(app, invocation);
   AddCalibrateReport(app, invocation);
   AddPhotometry(app, invocation);
+  AddGrayCodePatterns(app, invocation);
+  AddGrayCode(app, invocation);
 }
 
 }  // namespace lamella

@@ -14,5 +14,7 @@ void CheckWritable(const std::filesystem::path& file);
 // Each adds its verb to `lamella calibrate`.
 void AddCalibrateSolve(CLI::App& calibrate, Invocation& invocation);
 void AddCalibrateReport(CLI::App& calibrate, Invocation& invocation);
+void AddGrayCodePatterns(CLI::App& calibrate, Invocation& invocation);
+void AddGrayCode(CLI::App& calibrate, Invocation& invocation);
 
 }  // namespace lamella

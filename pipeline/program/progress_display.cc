@@ -23,9 +23,9 @@ std::string Duration(double seconds) {
 }
 
 // The state that all styles share, behind one lock: Advance comes from any thread.
-class Display : public Progress {
+class ShownProgress : public Progress {
  public:
-  explicit Display(Verbosity verbosity) : verbosity_(verbosity) {}
+  explicit ShownProgress(Verbosity verbosity) : verbosity_(verbosity) {}
 
   void Start(std::string_view task, std::int64_t total, std::string_view unit) override {
     const std::lock_guard lock(mutex_);
@@ -81,9 +81,9 @@ class Display : public Progress {
   Clock::time_point start_, shown_;
 };
 
-class Bar final : public Display {
+class Bar final : public ShownProgress {
  public:
-  using Display::Display;
+  using ShownProgress::ShownProgress;
   ~Bar() override { Finish(); }
 
  protected:
@@ -124,9 +124,9 @@ class Bar final : public Display {
   }
 };
 
-class Plain final : public Display {
+class Plain final : public ShownProgress {
  public:
-  using Display::Display;
+  using ShownProgress::ShownProgress;
   ~Plain() override { Finish(); }
 
  protected:
@@ -145,9 +145,9 @@ class Plain final : public Display {
   }
 };
 
-class JsonLines final : public Display {
+class JsonLines final : public ShownProgress {
  public:
-  using Display::Display;
+  using ShownProgress::ShownProgress;
   ~JsonLines() override { Finish(); }
 
  protected:

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -16,33 +17,30 @@ namespace {
 using Eigen::Vector2d;
 using ::testing::HasSubstr;
 
-struct Photographs {
-  std::vector<Image<float>> images;
-  GrayCodeCapture capture;
-};
-
-Photographs Taken(const PanelView& view, int width, int height, int cell) {
-  Photographs photos;
-  photos.capture = {{}, width, height, cell};
-  for (std::size_t i = 0; i < photos.capture.NumPhotos(); ++i) {
-    const Image<Rgb8> pattern = DrawGrayCode(photos.capture, i);
-    photos.images.push_back(
+std::vector<Image<float>> Taken(const PanelView& view, const GrayCodePatterns& patterns) {
+  std::vector<Image<float>> photos;
+  for (std::size_t i = 0; i < patterns.Count(); ++i) {
+    const Image<Rgb8> pattern = DrawGrayCode(patterns, i);
+    photos.push_back(
         Exposed(view.Photograph(pattern.span()).span(), {}, static_cast<std::uint32_t>(i + 1)));
   }
-  for (const Image<float>& image : photos.images) photos.capture.photos.push_back(image.span());
   return photos;
+}
+
+ScreenMap Decoded(const GrayCodePatterns& patterns, const std::vector<Image<float>>& photos) {
+  return DecodeGrayCode(patterns, [&](std::size_t i) { return photos[i].Clone(); });
 }
 
 // OpenCV: 42 images for a projector of 1024 x 768.
 TEST(GrayCode, NeedsAsManyPhotographsAsOpenCvTakes) {
-  EXPECT_EQ((GrayCodeCapture{{}, 1024, 768, 1}).NumPhotos(), 42U);
-  EXPECT_EQ((GrayCodeCapture{{}, 1920, 1080, 8}).NumPhotos(), 2U * (8 + 8 + 1));
+  EXPECT_EQ((GrayCodePatterns{1024, 768, 1}).Count(), 42U);
+  EXPECT_EQ((GrayCodePatterns{1920, 1080, 8}).Count(), 2U * (8 + 8 + 1));
 }
 
 TEST(GrayCode, HasStripesByHand) {
-  const GrayCodeCapture capture{{}, 8, 2, 1};
-  const auto row = [&](std::size_t photo) {
-    const Image<Rgb8> image = DrawGrayCode(capture, photo);
+  const GrayCodePatterns patterns{8, 2, 1};
+  const auto row = [&](std::size_t i) {
+    const Image<Rgb8> image = DrawGrayCode(patterns, i);
     std::string text;
     for (int u = 0; u < 8; ++u) text += image(u, 0).g == 255 ? '1' : '0';
     return text;
@@ -66,8 +64,8 @@ TEST(DecodeGrayCode, TellsTheCellThatEveryPixelSees) {
   options.blur_px = 0.7;
   options.middle_u = 0.8;
   const PanelView view(1000, 700, options);
-  const Photographs photos = Taken(view, 1000, 700, 1);
-  const ScreenMap map = DecodeGrayCode(photos.capture);
+  const GrayCodePatterns patterns{1000, 700, 1};
+  const ScreenMap map = Decoded(patterns, Taken(view, patterns));
   int count = 0;
   for (int y = 0; y < 180; ++y) {
     for (int x = 0; x < 240; ++x) {
@@ -89,20 +87,60 @@ TEST(DecodeGrayCode, TellsTheCellThatEveryPixelSees) {
   EXPECT_EQ(ObserveNodes(map, nodes).size(), 5U);
 }
 
-TEST(DecodeGrayCode, RefusesWhatIsNotWhole) {
+// 94 px in cells of 8: the last column of cells is 6 px wide.
+TEST(DecodeGrayCode, KnowsANarrowerLastCellBetter) {
   PanelViewOptions options;
-  options.width_px = options.height_px = 20;
-  Photographs photos = Taken(PanelView(64, 64, options), 64, 64, 8);
-  photos.capture.photos.pop_back();
-  try {
-    DecodeGrayCode(photos.capture);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("has 13 photographs; 64 x 64 px in cells of 8 need 14"));
+  options.width_px = 120;
+  options.height_px = 90;
+  const PanelView view(94, 64, options);
+  const GrayCodePatterns patterns{94, 64, 8};
+  const ScreenMap map = Decoded(patterns, Taken(view, patterns));
+  const Vector2d last = view.ImageFromPanel({91, 32.5});
+  const int x = static_cast<int>(last.x()), y = static_cast<int>(last.y());
+  ASSERT_EQ(map.valid(x, y), 1);
+  EXPECT_EQ(map.u_px(x, y), 91);
+  EXPECT_EQ(map.v_px(x, y), 36);
+  EXPECT_NEAR(map.sigma_u(x, y), 6 / std::sqrt(12.0), 1e-6);
+  EXPECT_NEAR(map.sigma_v(x, y), 8 / std::sqrt(12.0), 1e-6);
+}
+
+// Of every bit of the column: whatever the way the screen is turned, in the camera's picture.
+TEST(ShareOfStepsBack, TellsABitFromItsInverse) {
+  for (const double roll_deg : {5.0, 95.0}) {
+    PanelViewOptions options;
+    options.width_px = options.height_px = 160;
+    options.roll_deg = roll_deg;
+    const PanelView view(128, 128, options);
+    const GrayCodePatterns patterns{128, 128, 4};
+    std::vector<Image<float>> photos = Taken(view, patterns);
+    EXPECT_LT(ShareOfStepsBack(Decoded(patterns, photos)), 0.01);
+    for (std::size_t bit = 0; bit < 5; ++bit) {
+      const std::size_t i = 2 * (4 - bit);
+      std::swap(photos[i], photos[i + 1]);
+      // The most significant one, of 32 cells, mirrors the whole.
+      EXPECT_NEAR(ShareOfStepsBack(Decoded(patterns, photos)),
+                  bit < 4 ? std::pow(0.5, static_cast<double>(bit)) : 0, 0.1)
+          << bit;
+      std::swap(photos[i], photos[i + 1]);
+    }
   }
-  photos.capture.photos.push_back(photos.images[0].span().Sub({0, 0, 5, 5}));
-  EXPECT_THROW(DecodeGrayCode(photos.capture), Error);
-  EXPECT_THROW(DecodeGrayCode({}), Error);
+}
+
+TEST(DecodeGrayCode, RefusesWhatIsNotWhole) {
+  const GrayCodePatterns patterns{64, 64, 8};
+  const auto decode = [&](std::size_t odd) {
+    DecodeGrayCode(patterns, [&](std::size_t i) { return Image<float>(i == odd ? 5 : 20, 20); });
+  };
+  EXPECT_NO_THROW(decode(100));
+  for (const std::size_t odd : {0U, 3U, 12U, 13U}) {
+    try {
+      decode(odd);
+      ADD_FAILURE();
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("has photographs of different sizes"));
+    }
+  }
+  EXPECT_THROW(DecodeGrayCode({}, [](std::size_t) { return Image<float>(20, 20); }), Error);
 }
 
 }  // namespace
