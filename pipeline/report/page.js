@@ -272,8 +272,8 @@ const steps = data.steps;
 const step = {layer: 0, slot: 0};
 
 // A picture of a panel, or of a part of it; the sizes are said first, so that nothing moves when it comes.
-function panelPicture({picture: uri, caption, is_part: isPart}) {
-  const {part} = steps, size = isPart ? part : steps;
+function panelPicture({picture: uri, caption, is_part: isPart}, part) {
+  const size = isPart ? part : steps;
   const image = element('img', {src: uri, alt: caption});
   image.style.aspectRatio = `${size.width} / ${size.height}`;
   const figure = element('figure', {className: isPart ? 'part' : 'whole'}, element('div', {}, image),
@@ -293,10 +293,10 @@ function panelPicture({picture: uri, caption, is_part: isPart}) {
 
 function stepTo(layer, slot) {
   step.layer = Math.min(steps.layers.length - 1, Math.max(0, layer));
-  const slots = steps.layers[step.layer];
+  const {slots, part} = steps.layers[step.layer];
   step.slot = Math.min(slots.length - 1, Math.max(0, slot));
   const shown = slots[step.slot];
-  byId('step-pictures').replaceChildren(...shown.pictures.map(panelPicture));
+  byId('step-pictures').replaceChildren(...shown.pictures.map((picture) => panelPicture(picture, part)));
   for (const [name, at, count, text] of [['layer', step.layer, steps.layers.length, data.layers[step.layer].caption],
     ['slot', step.slot, slots.length, shown.name]]) {
     const slider = byId('step-' + name);

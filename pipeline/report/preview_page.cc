@@ -78,29 +78,31 @@ Json Layers(const PreviewPage& page) {
   return layers;
 }
 
-Json Slots(const std::vector<PageSlot>& of_layer) {
-  Json slots = Json::array();
-  for (const PageSlot& slot : of_layer) {
-    Json pictures = Json::array();
-    for (const PagePicture& picture : slot.pictures) {
-      pictures.push_back({{"picture", picture.picture},
-                          {"caption", picture.caption},
-                          {"is_part", picture.is_part}});
-    }
-    slots.push_back({{"name", slot.name}, {"pictures", pictures}});
+Json Pictures(const PageSlot& slot) {
+  Json pictures = Json::array();
+  for (const PagePicture& picture : slot.pictures) {
+    pictures.push_back(
+        {{"picture", picture.picture}, {"caption", picture.caption}, {"is_part", picture.is_part}});
   }
-  return slots;
+  return pictures;
 }
 
 Json Steps(const PageSteps& steps) {
   Json layers = Json::array();
-  for (const std::vector<PageSlot>& layer : steps.layers) layers.push_back(Slots(layer));
-  const Rect& part = steps.part;
+  for (const PageStepLayer& layer : steps.layers) {
+    Json slots = Json::array();
+    for (const PageSlot& slot : layer.slots) {
+      slots.push_back({{"name", slot.name}, {"pictures", Pictures(slot)}});
+    }
+    const Rect& part = layer.part;
+    layers.push_back(
+        {{"part", {{"x", part.x}, {"y", part.y}, {"width", part.width}, {"height", part.height}}},
+         {"slots", slots}});
+  }
   return {{"note", steps.note},
           {"slot_name", steps.slot_name},
           {"width", steps.width},
           {"height", steps.height},
-          {"part", {{"x", part.x}, {"y", part.y}, {"width", part.width}, {"height", part.height}}},
           {"layers", layers}};
 }
 

@@ -48,12 +48,16 @@ struct PageSlot {
   std::vector<PagePicture> pictures;
 };
 
+struct PageStepLayer {
+  Rect part = {};  // of its panel, px
+  std::vector<PageSlot> slots = {};
+};
+
 // The figure that steps through the layers and each one's slots.
 struct PageSteps {
   std::string note, slot_name;
   int width = 0, height = 0;  // of a panel, px
-  Rect part;                  // of it
-  std::vector<std::vector<PageSlot>> layers;
+  std::vector<PageStepLayer> layers;
 };
 
 struct PageTable {
