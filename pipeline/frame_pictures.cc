@@ -112,7 +112,7 @@ PanelView ViewOf(const Sizes& sizes, const RowOf& row_of) {
   return view;
 }
 
-RowOf LightOf(const Image<Rgb8>& codes) {
+RowOf LightOfCodes(const Image<Rgb8>& codes) {
   return [&codes](int y, Rgb* buffer) {
     const Image<Rgb> light = DecodeSrgb8(codes.span().Sub({0, y, codes.width(), 1}));
     std::copy_n(light.data(), light.width(), buffer);
@@ -122,7 +122,7 @@ RowOf LightOf(const Image<Rgb8>& codes) {
 
 // What goes straight on through a modulator, whose codes are 255 where it is open and else 0.
 RowOf LightThrough(const Image<Rgb8>& emitter, const Image<Rgb8>& modulator) {
-  return [&modulator, light = LightOf(emitter)](int y, Rgb* buffer) {
+  return [&modulator, light = LightOfCodes(emitter)](int y, Rgb* buffer) {
     light(y, buffer);
     for (int x = 0; x < modulator.width(); ++x) {
       if (modulator(x, y).g == 0) buffer[x] = {};
@@ -186,7 +186,7 @@ std::vector<PageSlot> SlotsOfBarrier(const fs::path& folder, const Display& disp
     ahead[at] = ViewOf(sizes, LightThrough(emitter, modulator));
     if (at >= sizes.most_slots) return;
     slots[at] = {NameOfSlot(slot, k),
-                 PicturesOf(ViewOf(sizes, LightOf(emitter)), sizes.part, "Emitter: " + emits)};
+                 PicturesOf(ViewOf(sizes, LightOfCodes(emitter)), sizes.part, "Emitter: " + emits)};
     slots[at].pictures.push_back({DataUri(modulator.span().Sub(sizes.part), "png"),
                                   "Modulator there, white is open: " + opens, true});
   });
@@ -205,7 +205,7 @@ std::vector<PageSlot> SlotsOfLenses(const fs::path& folder, const Display& displ
   const std::string file = FrameFile(layer, 0, "emitter");
   const Image<Rgb8> emitter = ReadFrame(folder / file, display);
   return {{NameOfSlot(0, 1),
-           PicturesOf(ViewOf(sizes, LightOf(emitter)), sizes.part, "Emitter: " + file)}};
+           PicturesOf(ViewOf(sizes, LightOfCodes(emitter)), sizes.part, "Emitter: " + file)}};
 }
 
 PageSlot SlotOfStroke(const Image<std::uint32_t>& bits, int plane, const StrokeFrames& strokes,

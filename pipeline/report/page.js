@@ -319,9 +319,9 @@ function showSteps() {
   const by = (layers, slots) => stepTo(step.layer + layers, step.slot + slots);
   byId('step-layer').addEventListener('input', (event) => stepTo(+event.target.value, step.slot));
   byId('step-slot').addEventListener('input', (event) => stepTo(step.layer, +event.target.value));
-  for (const [name, ...of] of [['layer', 1, 0], ['slot', 0, 1]]) {
-    byId(name + '-back').addEventListener('click', () => by(-of[0], -of[1]));
-    byId(name + '-on').addEventListener('click', () => by(...of));
+  for (const [name, layers, slots] of [['layer', 1, 0], ['slot', 0, 1]]) {
+    byId(name + '-back').addEventListener('click', () => by(-layers, -slots));
+    byId(name + '-on').addEventListener('click', () => by(layers, slots));
   }
   byId('slot-back').setAttribute('aria-label', steps.slot_name + ' before');
   byId('slot-on').setAttribute('aria-label', steps.slot_name + ' after');
