@@ -1,7 +1,9 @@
 #include "pipeline/frame_pictures.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -112,20 +114,35 @@ PanelView ViewOf(const Sizes& sizes, const RowOf& row_of) {
   return view;
 }
 
+using LightTable = std::array<float, 256>;  // of every code
+
+LightTable LightOfEveryCode() {
+  Image<Rgb8> ramp(256, 1);
+  for (int code = 0; code < 256; ++code) ramp(code, 0).g = static_cast<std::uint8_t>(code);
+  const Image<Rgb> light = DecodeSrgb8(ramp.span());
+  LightTable table{};
+  for (int code = 0; code < 256; ++code)
+    table.at(static_cast<std::size_t>(code)) = light(code, 0).g;
+  return table;
+}
+
 RowOf LightOfCodes(const Image<Rgb8>& codes) {
-  return [&codes](int y, Rgb* buffer) {
-    const Image<Rgb> light = DecodeSrgb8(codes.span().Sub({0, y, codes.width(), 1}));
-    std::copy_n(light.data(), light.width(), buffer);
+  return [&codes, table = LightOfEveryCode()](int y, Rgb* buffer) {
+    const Rgb8* row = codes.row(y);
+    for (int x = 0; x < codes.width(); ++x) {
+      buffer[x] = {table[row[x].r], table[row[x].g], table[row[x].b]};
+    }
     return buffer;
   };
 }
 
 // What goes straight on through a modulator, whose codes are 255 where it is open and else 0.
 RowOf LightThrough(const Image<Rgb8>& emitter, const Image<Rgb8>& modulator) {
-  return [&modulator, light = LightOfCodes(emitter)](int y, Rgb* buffer) {
+  return [&, light = LightOfCodes(emitter)](int y, Rgb* buffer) {
     light(y, buffer);
+    const Rgb8* opened = modulator.row(y);
     for (int x = 0; x < modulator.width(); ++x) {
-      if (modulator(x, y).g == 0) buffer[x] = {};
+      if (opened[x].g == 0) buffer[x] = {};
     }
     return buffer;
   };
@@ -250,8 +267,8 @@ PageSteps StepsWith(const Sizes& sizes, const Display& display, const std::strin
   steps.note = fmt::format(
       "The large picture is the whole panel of {} x {} px, made smaller by averages of linear "
       "light: single pixels are gone, and a lattice of lenses or openings may beat with the "
-      "picture's own. The small ones show some of its pixels one by one, where the layer has most "
-      "contrast.",
+      "picture's own. The small ones show some of its pixels one by one, enlarged, where the "
+      "layer has most contrast.",
       sizes.panel_width, sizes.panel_height);
   if (sizes.most_slots < slots) {
     steps.note += fmt::format(" Of {} {}s a layer the first {} are here.", slots, slot_name,
