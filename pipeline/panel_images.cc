@@ -12,10 +12,10 @@
 #include "datasets_synthetic/prototype.h"
 #include "distribute/panel_pixels-inl.h"
 #include "distribute/panel_response.h"
-#include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/json_file.h"
+#include "pipeline/slot_frames.h"
 #include "pipeline/varifocal_frames.h"
 
 namespace lamella {
@@ -70,29 +70,14 @@ Decode DecoderOf(const LayersRecord& record, int layer, const JsonObject& frames
 EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int layer, int slot,
                        const fs::path& file, const Decode& decode) {
   EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
-  const Image<Rgb8> codes = ReadSrgb8(file);
-  if (codes.width() != display.width_px || codes.height() != display.height_px) {
-    throw InputError(file.string(),
-                     fmt::format("is {} x {} px, the panel {} x {}", codes.width(), codes.height(),
-                                 display.width_px, display.height_px),
-                     "run `lamella frames` again");
-  }
-  const Image<Rgb> light = decode(codes.span());
+  const Image<Rgb> light = decode(ReadFrame(file, display).span());
   emitters.color = EmittersFromPanel<Rgb>(display, display.layers[static_cast<std::size_t>(layer)],
                                           light.span());
   return emitters;
 }
 
 LayerImages LoadStrokes(const Workspace& workspace, const LayersRecord& record,
-                        const JsonObject& json) {
-  StrokeFrames frames;
-  for (const JsonObject& stroke : json.Objects("strokes")) {
-    frames.files.push_back(stroke.Text("file"));
-  }
-  const JsonObject packing = json.Object("packing");
-  frames.planes = static_cast<int>(record.display.layers.size());
-  frames.packing = {ChannelOrderOf(packing.Text("channels")), BitOrderOf(packing.Text("bits")),
-                    packing.Truth("there_and_back")};
+                        const StrokeFrames& frames) {
   const std::vector<Image<float>> grey =
       ReadStrokeFrames(workspace.Stage("frames"), frames, record.display);
   LayerImages images = LoadLayerImages(workspace, record);  // for their coverage
@@ -112,7 +97,9 @@ PanelImages LoadPanelImages(const Workspace& workspace, const LayersRecord& reco
   const fs::path folder = workspace.Stage("frames");
   const JsonObject json(folder / "frames.json");
   json.CheckFormatVersion(1);
-  if (json.Has("strokes")) return {LoadStrokes(workspace, record, json), true};
+  if (const auto strokes = LoadStrokeFrames(folder, record.display)) {
+    return {LoadStrokes(workspace, record, *strokes), true};
+  }
   LayerImages images;
   images.seen_share = record.seen_share;
   const std::vector<JsonObject> layers = json.Objects("layers");

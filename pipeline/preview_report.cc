@@ -14,6 +14,7 @@
 #include "pipeline/analysis_figure.h"
 #include "pipeline/analysis_record.h"
 #include "pipeline/depth_record.h"
+#include "pipeline/frame_pictures.h"
 #include "pipeline/overview.h"
 #include "pipeline/report/picture.h"
 
@@ -22,9 +23,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kDepthViews = 12;        // on the page, spread over the capture
-constexpr int kSmallWidth = 480;       // px, of photographs, depth maps and emitter images
-constexpr int kMostSlotPictures = 72;  // on the page; of more there are only means
+constexpr int kDepthViews = 12;   // on the page, spread over the capture
+constexpr int kSmallWidth = 480;  // px, of photographs, depth maps and emitter images
 constexpr std::size_t kEyeBytes = 12U << 20U;
 
 // null where there is no number or the pictures are equal.
@@ -162,24 +162,11 @@ void AddDepth(const Workspace& workspace, const ViewSet& set, const Placement& p
       "below, where that depth of the reference view lies in the display.";
 }
 
-PageLayer LayerOnPage(const Layer& layer, std::size_t index, const std::vector<EmitterImage>& slots,
-                      bool with_slots) {
-  PageLayer page;
-  page.caption = fmt::format("Layer {} at {} mm{}", index, Millimetres(layer.position_mm),
-                             layer.mirror_x ? ", its panel seen in a mirror" : "");
-  page.mean = DataUri(PageCodes(MeanOfSlots(slots).span(), kSmallWidth).span(), "jpeg", 82);
-  page.slots.resize(with_slots ? slots.size() : 0);
-  ParallelForEach(0, static_cast<std::int64_t>(page.slots.size()), [&](std::int64_t s) {
-    const std::size_t at = static_cast<std::size_t>(s);
-    page.slots[at] = DataUri(PageCodes(slots[at].color.span(), kSmallWidth).span(), "jpeg", 80);
-  });
-  const Image<Rgb>& first = slots[0].color;
-  const int width = std::min(96, first.width()), height = std::min(64, first.height());
-  const Rect middle{(first.width() - width) / 2, (first.height() - height) / 2, width, height};
-  page.detail = DataUri(EncodeSrgb8(first.span().Sub(middle)).span(), "png");
-  page.detail_caption =
-      fmt::format("The middle {} x {} emitters of slot 0, one by one", width, height);
-  return page;
+PageLayer LayerOnPage(const Layer& layer, std::size_t index,
+                      const std::vector<EmitterImage>& slots) {
+  return {fmt::format("Layer {} at {} mm{}", index, Millimetres(layer.position_mm),
+                      layer.mirror_x ? ", its panel seen in a mirror" : ""),
+          DataUri(PageCodes(MeanOfSlots(slots).span(), kSmallWidth).span(), "jpeg", 82)};
 }
 
 // ---- Text ----
@@ -266,20 +253,17 @@ void AddCutoff(const Workspace& workspace, const Display& display, PreviewPage& 
 }
 
 void AddLayers(const Display& display, const LayerImages& layers, PreviewPage& page) {
-  std::size_t slots = 0;
-  for (const auto& layer : layers.slots) slots += layer.size();
-  page.slots = static_cast<int>(layers.slots[0].size());
   page.layers.resize(layers.slots.size());
   ParallelForEach(0, static_cast<std::int64_t>(page.layers.size()), [&](std::int64_t i) {
     const auto l = static_cast<std::size_t>(i);
-    page.layers[l] = LayerOnPage(display.layers[l], l, layers.slots[l], slots <= kMostSlotPictures);
+    page.layers[l] = LayerOnPage(display.layers[l], l, layers.slots[l]);
   });
 }
 
 // Each fills its own fields of the page.
 void AddPictures(const Workspace& workspace, const LayersRecord& record, const ViewSet& set,
                  const LayerImages& layers, const std::vector<Image<Rgb8>>& photographs,
-                 const PreviewResult& result, PreviewPage& page) {
+                 const PreviewResult& result, const PreviewOptions& options, PreviewPage& page) {
   const std::function<void()> parts[] = {
       [&] {
         AddEyes(result, page);
@@ -287,6 +271,11 @@ void AddPictures(const Workspace& workspace, const LayersRecord& record, const V
       },
       [&] { AddDepth(workspace, set, record.placement, photographs, page); },
       [&] { AddLayers(record.display, layers, page); },
+      [&] {
+        page.steps = options.source == "frames"
+                         ? StepsOfFrames(workspace.Stage("frames"), record.display, layers)
+                         : StepsOfLayers(record.display, layers);
+      },
       [&] { AddCutoff(workspace, record.display, page); }};
   ParallelForEach(0, std::ssize(parts), [&](std::int64_t i) { parts[i](); });
 }
@@ -433,7 +422,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   }
   page.distance_mm = record.placement.viewing_distance_mm;
   page.clean_box_mm = CleanEyeBox(display);
-  AddPictures(workspace, record, set, layers, photographs, result, page);
+  AddPictures(workspace, record, set, layers, photographs, result, options, page);
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "

@@ -8,6 +8,7 @@
 
 #include "distribute/emitter_frame.h"
 #include "distribute/encode_barrier.h"
+#include "lightfield/error.h"
 #include "lightfield/image_io.h"
 
 namespace lamella {
@@ -19,6 +20,17 @@ std::string FrameFile(int layer, int slot, const char* role) {
 std::vector<const char*> RolesOf(const Layer& layer) {
   if (std::holds_alternative<Barrier>(layer.optics)) return {"emitter", "modulator"};
   return {"emitter"};
+}
+
+Image<Rgb8> ReadFrame(const std::filesystem::path& file, const Display& display) {
+  Image<Rgb8> codes = ReadSrgb8(file);
+  if (codes.width() != display.width_px || codes.height() != display.height_px) {
+    throw InputError(file.string(),
+                     fmt::format("is {} x {} px, the panel {} x {}", codes.width(), codes.height(),
+                                 display.width_px, display.height_px),
+                     "run `lamella frames` again");
+  }
+  return codes;
 }
 
 int RowsAtOnce(const Display& display) {

@@ -10,6 +10,7 @@
 #include "distribute/distribute.h"
 #include "distribute/panel_response.h"
 #include "lightfield/display.h"
+#include "lightfield/image.h"
 
 namespace lamella {
 
@@ -18,6 +19,9 @@ std::string FrameFile(int layer, int slot, const char* role);
 
 // "emitter" and, where the layer has one, "modulator". Lenses have none.
 std::vector<const char*> RolesOf(const Layer& layer);
+
+// The codes of a file of W/frames. InputError where it can't be read or is not of the panel's size.
+Image<Rgb8> ReadFrame(const std::filesystem::path& file, const Display& display);
 
 // The rows [first_row, end_row) of a slot's emitters, as wide as the display.
 using ReadEmitterRows = std::function<EmitterImage(int first_row, int end_row)>;

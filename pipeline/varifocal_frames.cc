@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "pipeline/json_file.h"
+#include "pipeline/slot_frames.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -51,6 +52,20 @@ StrokeFrames WriteStrokeFrames(const fs::path& folder, const LayerImages& layers
   return written;
 }
 
+std::optional<StrokeFrames> LoadStrokeFrames(const fs::path& folder, const Display& display) {
+  const JsonObject json(folder / "frames.json");
+  if (!json.Has("strokes")) return {};
+  StrokeFrames frames;
+  for (const JsonObject& stroke : json.Objects("strokes")) {
+    frames.files.push_back(stroke.Text("file"));
+  }
+  const JsonObject packing = json.Object("packing");
+  frames.planes = static_cast<int>(display.layers.size());
+  frames.packing = {ChannelOrderOf(packing.Text("channels")), BitOrderOf(packing.Text("bits")),
+                    packing.Truth("there_and_back")};
+  return frames;
+}
+
 std::vector<Image<float>> ReadStrokeFrames(const fs::path& folder, const StrokeFrames& frames,
                                            const Display& display) {
   const int columns = display.emitter_columns(), rows = display.emitter_rows();
@@ -58,14 +73,7 @@ std::vector<Image<float>> ReadStrokeFrames(const fs::path& folder, const StrokeF
   for (int plane = 0; plane < frames.planes; ++plane) mean.emplace_back(columns, rows);
   const float weight = 1.0F / static_cast<float>(frames.files.size());
   for (std::size_t stroke = 0; stroke < frames.files.size(); ++stroke) {
-    const fs::path file = folder / frames.files[stroke];
-    const Image<Rgb8> codes = ReadSrgb8(file);
-    if (codes.width() != display.width_px || codes.height() != display.height_px) {
-      throw InputError(file.string(),
-                       fmt::format("is {} x {} px, the panel {} x {}", codes.width(),
-                                   codes.height(), display.width_px, display.height_px),
-                       "run `lamella frames` again");
-    }
+    const Image<Rgb8> codes = ReadFrame(folder / frames.files[stroke], display);
     const Image<std::uint32_t> bits = EmitterBits(
         UnpackedFrame(codes.span(), frames.planes, static_cast<int>(stroke), frames.packing),
         display);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,11 @@ struct StrokeFrames {
 StrokeFrames WriteStrokeFrames(const std::filesystem::path& folder, const LayerImages& layers,
                                const Display& display, const OneBitOptions& options,
                                const PlanePacking& packing, std::vector<std::string>& numerals);
+
+// What frames.json in `folder` says; nothing where the planes are grey, or there are none.
+// InputError where it is absent or damaged.
+std::optional<StrokeFrames> LoadStrokeFrames(const std::filesystem::path& folder,
+                                             const Display& display);
 
 // The share of the strokes in which each emitter is on, by plane. InputError where a file is not of
 // the panel's size or not in that packing.

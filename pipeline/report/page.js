@@ -260,25 +260,78 @@ function showCapture() {
   showView(Math.max(0, depth.views.findIndex((v) => v.reference)));
 }
 
-function showSlot(slot) {
-  const count = data.slots;
-  byId('slot-text').textContent = slot === 0 ? 'mean of all ' + count : `${slot} of ${count}`;
-  data.layers.forEach((layer, i) => {
-    const image = byId('layer-' + i);
-    image.src = slot === 0 ? layer.mean : layer.slots[slot - 1];
-    image.alt = `Layer ${i}, ` + (slot === 0 ? 'mean of its slots' : `slot ${slot - 1}`);
-  });
+function showLayers() {
+  byId('layers').append(...data.layers.map((layer, i) => element('figure', {},
+    element('img', {id: 'layer-' + i, src: layer.mean, alt: `Layer ${i}, mean of its slots`}),
+    element('figcaption', {textContent: layer.caption}))));
 }
 
-function showLayers() {
-  byId('layers').append(...data.layers.map((layer, i) => element('div', {},
-    element('figure', {}, element('img', {id: 'layer-' + i, alt: ''}), element('figcaption', {textContent: layer.caption})),
-    element('figure', {className: 'detail'}, element('img', {src: layer.detail, alt: `Detail of layer ${i}`}),
-      element('figcaption', {textContent: layer.detail_caption})))));
-  const slider = byId('slot');
-  slider.max = data.layers.every((layer) => layer.slots.length === data.slots) ? data.slots : 0;
-  slider.addEventListener('input', () => showSlot(+slider.value));
-  showSlot(0);
+// ---- Through the layers and their slots ----
+
+const steps = data.steps;
+const step = {layer: 0, slot: 0};
+
+// A picture of a panel, or of a part of it; the sizes are said first, so that nothing moves when it comes.
+function panelPicture({picture: uri, caption, is_part: isPart}, part) {
+  const size = isPart ? part : steps;
+  const image = element('img', {src: uri, alt: caption});
+  image.style.aspectRatio = `${size.width} / ${size.height}`;
+  const figure = element('figure', {className: isPart ? 'part' : 'whole'}, element('div', {}, image),
+    element('figcaption', {textContent: caption}));
+  if (isPart) {
+    image.style.width = `${part.width * Math.max(1, Math.floor(288 / part.width))}px`;  // pixels of one size
+  } else {
+    const mark = element('span', {className: 'mark'});
+    mark.style.left = `${100 * part.x / steps.width}%`;
+    mark.style.top = `${100 * part.y / steps.height}%`;
+    mark.style.width = `${100 * part.width / steps.width}%`;
+    mark.style.height = `${100 * part.height / steps.height}%`;
+    figure.firstChild.append(mark);
+  }
+  return figure;
+}
+
+function stepTo(layer, slot) {
+  step.layer = Math.min(steps.layers.length - 1, Math.max(0, layer));
+  const {slots, part} = steps.layers[step.layer];
+  step.slot = Math.min(slots.length - 1, Math.max(0, slot));
+  const shown = slots[step.slot];
+  byId('step-pictures').replaceChildren(...shown.pictures.map((picture) => panelPicture(picture, part)));
+  for (const [name, at, count, text] of [['layer', step.layer, steps.layers.length, data.layers[step.layer].caption],
+    ['slot', step.slot, slots.length, shown.name]]) {
+    const slider = byId('step-' + name);
+    slider.max = count - 1;
+    slider.value = at;
+    slider.disabled = count === 1;
+    slider.setAttribute('aria-valuetext', text);
+    byId(name + '-back').disabled = at === 0;
+    byId(name + '-on').disabled = at === count - 1;
+    byId(`step-${name}-text`).textContent = text;
+  }
+}
+
+function showSteps() {
+  if (!steps.layers.length) return;
+  byId('steps').hidden = false;
+  byId('step-note').textContent = steps.note;
+  byId('step-help-slots').textContent = steps.slot_name + 's';
+  byId('step-slot-name').textContent = steps.slot_name[0].toUpperCase() + steps.slot_name.slice(1);
+  const by = (layers, slots) => stepTo(step.layer + layers, step.slot + slots);
+  byId('step-layer').addEventListener('input', (event) => stepTo(+event.target.value, step.slot));
+  byId('step-slot').addEventListener('input', (event) => stepTo(step.layer, +event.target.value));
+  for (const [name, layers, slots] of [['layer', 1, 0], ['slot', 0, 1]]) {
+    byId(name + '-back').addEventListener('click', () => by(-layers, -slots));
+    byId(name + '-on').addEventListener('click', () => by(layers, slots));
+  }
+  byId('slot-back').setAttribute('aria-label', steps.slot_name + ' before');
+  byId('slot-on').setAttribute('aria-label', steps.slot_name + ' after');
+  const keys = {ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0]};
+  byId('step-pictures').addEventListener('keydown', (event) => {
+    if (!keys[event.key]) return;
+    by(...keys[event.key]);
+    event.preventDefault();
+  });
+  stepTo(0, 0);
 }
 
 // ---- Resolution over depth ----
@@ -359,6 +412,7 @@ canvas.style.setProperty('--aspect', eyes.width / eyes.height);
 showFocus();
 showCapture();
 showLayers();
+showSteps();
 showCutoff();
 showFacts();
 showMetrics();

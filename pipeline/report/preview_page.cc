@@ -73,13 +73,37 @@ Json Depth(const PreviewPage& page) {
 Json Layers(const PreviewPage& page) {
   Json layers = Json::array();
   for (const PageLayer& layer : page.layers) {
-    layers.push_back({{"caption", layer.caption},
-                      {"mean", layer.mean},
-                      {"slots", layer.slots},
-                      {"detail", layer.detail},
-                      {"detail_caption", layer.detail_caption}});
+    layers.push_back({{"caption", layer.caption}, {"mean", layer.mean}});
   }
   return layers;
+}
+
+Json Pictures(const PageSlot& slot) {
+  Json pictures = Json::array();
+  for (const PagePicture& picture : slot.pictures) {
+    pictures.push_back(
+        {{"picture", picture.picture}, {"caption", picture.caption}, {"is_part", picture.is_part}});
+  }
+  return pictures;
+}
+
+Json Steps(const PageSteps& steps) {
+  Json layers = Json::array();
+  for (const PageStepLayer& layer : steps.layers) {
+    Json slots = Json::array();
+    for (const PageSlot& slot : layer.slots) {
+      slots.push_back({{"name", slot.name}, {"pictures", Pictures(slot)}});
+    }
+    const Rect& part = layer.part;
+    layers.push_back(
+        {{"part", {{"x", part.x}, {"y", part.y}, {"width", part.width}, {"height", part.height}}},
+         {"slots", slots}});
+  }
+  return {{"note", steps.note},
+          {"slot_name", steps.slot_name},
+          {"width", steps.width},
+          {"height", steps.height},
+          {"layers", layers}};
 }
 
 Json Metrics(const PreviewPage& page) {
@@ -104,7 +128,7 @@ Json ToJson(const PreviewPage& page) {
           {"focus", Focus(page)},
           {"depth", Depth(page)},
           {"layers", Layers(page)},
-          {"slots", page.slots},
+          {"steps", Steps(page.steps)},
           {"facts", page.facts},
           {"cutoff", page.cutoff},
           {"cutoff_text", page.cutoff_text},

@@ -33,8 +33,31 @@ struct PageDepthView {
 };
 
 struct PageLayer {
-  std::string caption, mean, detail, detail_caption;
-  std::vector<std::string> slots;  // of every slot, or none where they are too many for a page
+  std::string caption, mean;
+};
+
+// Of a layer's panel: all of it made smaller, or a part pixel by pixel.
+struct PagePicture {
+  std::string picture, caption;
+  bool is_part = false;
+};
+
+// What a layer shows in a time slot, or over all of them.
+struct PageSlot {
+  std::string name;
+  std::vector<PagePicture> pictures;
+};
+
+struct PageStepLayer {
+  Rect part = {};  // of its panel, px
+  std::vector<PageSlot> slots = {};
+};
+
+// The figure that steps through the layers and each one's slots.
+struct PageSteps {
+  std::string note, slot_name;
+  int width = 0, height = 0;  // of a panel, px
+  std::vector<PageStepLayer> layers;
 };
 
 struct PageTable {
@@ -60,8 +83,8 @@ struct PreviewPage {
   std::vector<std::pair<double, std::string>> depth_ticks;  // share of the scale, text
   std::string depth_note;
   std::vector<PageLayer> layers;
+  PageSteps steps;                  // through as many layers
   std::string cutoff, cutoff_text;  // a figure, and what it says in words; empty: none
-  int slots = 0;                    // of a layer
   std::vector<std::pair<std::string, std::string>> facts;
   std::vector<PageStage> stages;
   std::vector<std::string> warnings;

@@ -1,18 +1,22 @@
-// Writes a preview page of a known scene on a small display: page_fixture FILE.html
+// Writes a preview page of a known scene on a small display, and beside it, in frames/, what its
+// panels show: page_fixture FILE.html
 //
 // A yellow F stands 15 mm in front of the reference plane, a white square lies on it at the left, a
 // blue wall with a red right half and a green top stands 15 mm behind. Everything goes through the
 // real simulation and the real page; only the encoder is the tests' plain one.
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 
 #include "distribute/simulate_eye.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/image_io.h"
+#include "pipeline/frame_pictures.h"
 #include "pipeline/preview_eyes.h"
 #include "pipeline/report/picture.h"
 #include "pipeline/report/preview_page.h"
+#include "pipeline/slot_frames.h"
 #include "tests/reference/encode_reference.h"
 
 namespace lamella {
@@ -75,7 +79,24 @@ PageDepthView DepthView() {
           DataUri(ColoredDepth(map, ScaleOf({&map}), 160).span(), "png"), KnownShare(map), true};
 }
 
-PreviewPage Page() {
+void WriteFrames(const std::filesystem::path& folder, const Display& display,
+                 const LayerImages& layers) {
+  CreateFolder(folder);
+  WriteTextAtomically(folder / "frames.json",
+                      R"({"format_version": 1, "response": {"curve": "srgb"}})");
+  for (std::size_t layer = 0; layer < layers.slots.size(); ++layer) {
+    for (std::size_t slot = 0; slot < layers.slots[layer].size(); ++slot) {
+      const EmitterImage& emitters = layers.slots[layer][slot];
+      const auto all = [&](int, int) {
+        return EmitterImage{emitters.color.Clone(), emitters.coverage.Clone()};
+      };
+      WriteSlotFrames(all, display, static_cast<int>(layer), static_cast<int>(slot),
+                      PanelResponse::Srgb(), folder, display.emitter_rows());
+    }
+  }
+}
+
+PreviewPage Page(const std::filesystem::path& frames) {
   const Display display = SmallDisplay();
   const LayerImages layers = reference::EncodeCentreRays(display, Scene);
   PreviewPage page;
@@ -112,15 +133,11 @@ PreviewPage Page() {
   page.depth_views.push_back(DepthView());
   page.depth_ticks = {{0.0, "2.9"}, {1.0, "1.4"}};
   for (std::size_t l = 0; l < layers.slots.size(); ++l) {
-    PageLayer layer;
-    layer.caption = "Layer " + std::to_string(l);
-    for (const EmitterImage& slot : layers.slots[l]) {
-      layer.slots.push_back(DataUri(EncodeSrgb8(slot.color.span()).span(), "jpeg"));
-    }
-    layer.mean = layer.detail = layer.slots[0];
-    page.layers.push_back(layer);
+    page.layers.push_back({"Layer " + std::to_string(l),
+                           DataUri(EncodeSrgb8(layers.slots[l][0].color.span()).span(), "jpeg")});
   }
-  page.slots = 9;
+  WriteFrames(frames, display, layers);
+  page.steps = StepsOfFrames(frames, display, layers);
   page.cutoff = SvgDataUri("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 64 32'/>");
   page.cutoff_text = "80 % are <b>sharp</b>";
   page.facts = {{"Display", display.name}};
@@ -138,6 +155,7 @@ int main(int argc, char** argv) {
     std::fputs("usage: page_fixture FILE.html\n", stderr);
     return 2;
   }
-  lamella::WriteTextAtomically(argv[1], lamella::ToHtml(lamella::Page()));
+  const std::filesystem::path file = argv[1];
+  lamella::WriteTextAtomically(file, lamella::ToHtml(lamella::Page(file.parent_path() / "frames")));
   return 0;
 }

@@ -1,6 +1,7 @@
 """The preview page in a real browser, opened from file://: what a drag shows is what the eye would see."""
 
 import argparse
+import base64
 import pathlib
 import subprocess
 import sys
@@ -143,11 +144,94 @@ class PageTest(unittest.TestCase):
         self.assertEqual(self.browser.run("return +document.getElementById('eye').dataset.positions;"), 4)
         self.assertAlmostEqual(self.browser.run(mean), before, delta=3)
 
-    def test_slots_can_be_stepped_through_and_text_is_only_text(self):
-        first = self.browser.run("return document.getElementById('layer-0').src;")
-        self.browser.press("#slot", "right", "right")
-        second = self.browser.run("return document.getElementById('layer-0').src;")
-        self.assertNotEqual(first, second)
+    # ---- Layers and slots, against the files of frames/ that the browser decodes itself ----
+
+    def shown_differences(self, *files):
+        """The largest differences of codes between the shown parts and files' pixels there, and between the light of
+        the whole picture and the first file, by 4 x 4 fields of it. Where they stand the mark on the picture says."""
+        uris = ["data:image/png;base64," + base64.b64encode((self.page.parent / "frames" / file).read_bytes()).decode()
+                for file in files]
+        return self.browser.run("""
+            const [uris] = arguments;
+            const light = (code) => code <= 10 ? code / 255 / 12.92 : ((code / 255 + 0.055) / 1.055) ** 2.4;
+            async function pixels(image, x, y, width, height) {
+              await image.decode();
+              const canvas = document.createElement('canvas');
+              canvas.width = image.naturalWidth; canvas.height = image.naturalHeight;
+              const paint = canvas.getContext('2d');
+              paint.drawImage(image, 0, 0);
+              return paint.getImageData(x, y, width || image.naturalWidth, height || image.naturalHeight);
+            }
+            function fields(picture) {
+              const sum = new Float64Array(16), n = new Float64Array(16);
+              for (let i = 0; i < picture.width * picture.height; ++i) {
+                const field = 4 * Math.floor(4 * Math.floor(i / picture.width) / picture.height) +
+                  Math.floor(4 * (i % picture.width) / picture.width);
+                sum[field] += light(picture.data[4 * i + 1]); ++n[field];
+              }
+              return sum.map((s, f) => s / n[f]);
+            }
+            return (async () => {
+              const wholes = [...document.querySelectorAll('#step-pictures .whole img')];
+              const parts = [...document.querySelectorAll('#step-pictures .part img')];
+              const frames = uris.map((uri) => Object.assign(new Image(), {src: uri}));
+              await Promise.all(frames.map((f) => f.decode()));
+              const mark = document.querySelector('#step-pictures .mark').style;
+              const x = Math.round(parseFloat(mark.left) * frames[0].naturalWidth / 100);
+              const y = Math.round(parseFloat(mark.top) * frames[0].naturalHeight / 100);
+              let most = 0;
+              for (let i = 0; i < frames.length; ++i) {
+                const shown = await pixels(parts[i], 0, 0);
+                const there = await pixels(frames[i], x, y, shown.width, shown.height);
+                shown.data.forEach((code, at) => { most = Math.max(most, Math.abs(code - there.data[at])); });
+              }
+              const whole = fields(await pixels(wholes[0], 0, 0)), file = fields(await pixels(frames[0], 0, 0));
+              return {parts: [parts.length, most], whole: Math.max(...whole.map((v, f) => Math.abs(v - file[f]))),
+                      brightest: Math.max(...file)};
+            })();""", uris)
+
+    def expect_slot(self, layer, slot):
+        files = [f"layer_{layer}_slot_{slot}_{role}.png" for role in ("emitter", "modulator")]
+        found = self.shown_differences(*files)
+        self.assertEqual(found["parts"], [2, 0])  # both frames' pixels, to the code
+        self.assertLess(found["whole"], 0.01)
+        self.assertGreater(found["brightest"], 0.05)
+        captions = self.browser.run("return document.getElementById('step-pictures').textContent;")
+        for file in files:
+            self.assertIn(file, captions)
+
+    def steps(self):
+        return self.browser.run("return ['layer', 'slot'].map((n) => +document.getElementById('step-' + n).value);")
+
+    def test_steps_through_layers_and_slots_by_keys_buttons_and_sliders(self):
+        self.assertEqual(self.steps(), [0, 0])  # the sum of the slots comes first
+        self.browser.press("#step-pictures", "right")
+        self.expect_slot(0, 0)
+        self.browser.press("#step-pictures", "right", "right", "down")
+        self.assertEqual(self.steps(), [1, 3])
+        self.expect_slot(1, 2)
+        self.browser.click("#slot-on")
+        self.browser.click("#layer-on")
+        self.expect_slot(2, 3)
+        self.browser.press("#step-slot", "right", "right")
+        self.browser.press("#step-layer", "left")
+        self.expect_slot(1, 5)
+        self.browser.click("#slot-back")
+        self.browser.click("#layer-back")
+        self.expect_slot(0, 4)
+        self.assertIn("4 (x 1, y 1)", self.browser.run(
+            "return document.getElementById('step-slot').getAttribute('aria-valuetext');"))
+        self.assertEqual(self.browser.messages(), [])
+
+    def test_steps_stop_at_the_ends(self):
+        self.browser.press("#step-pictures", "up", "left", *["right"] * 12, *["down"] * 4)
+        self.assertEqual(self.steps(), [2, 9])
+        self.expect_slot(2, 8)
+        disabled = self.browser.run("return ['layer-back', 'layer-on', 'slot-back', 'slot-on'].map((id) =>"
+                                    "document.getElementById(id).disabled);")
+        self.assertEqual(disabled, [False, True, False, True])
+
+    def test_text_is_only_text(self):
         self.assertIn("<i>markup</i>", self.browser.run("return document.getElementById('warnings').textContent;"))
         self.assertEqual(self.browser.run("return document.querySelectorAll('main i, main b').length;"), 0)
 

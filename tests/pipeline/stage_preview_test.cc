@@ -17,6 +17,7 @@
 #include "pipeline/poses_record.h"
 #include "pipeline/stages.h"
 #include "tests/depth/analytic_scene.h"
+#include "tests/pipeline/data_uri.h"
 #include "tests/scratch.h"
 
 namespace lamella {
@@ -250,6 +251,41 @@ class StagePreviewTest : public testing::Test {
     }
   }
 
+  static nlohmann::json PageData() {
+    const std::string html = ReadText(Folder() / "index.html");
+    const std::string mark = "<script type=\"application/json\" id=\"data\">";
+    const std::size_t first = html.find(mark) + mark.size();
+    return nlohmann::json::parse(html.substr(first, html.find("</script>", first) - first));
+  }
+
+  // The parts that the page shows pixel by pixel are those of the frames' files.
+  static void ExpectThePageToStepThroughTheFrames() {
+    const nlohmann::json steps = PageData().at("steps");
+    ASSERT_EQ(steps.at("layers").size(), 2U);
+    for (std::size_t layer = 0; layer < 2; ++layer) {
+      const nlohmann::json& at = steps.at("layers")[layer].at("part");
+      const Rect part{at.at("x"), at.at("y"), at.at("width"), at.at("height")};
+      const nlohmann::json& slots = steps.at("layers")[layer].at("slots");
+      ASSERT_EQ(slots.size(), 10U);  // the first is the sum
+      for (std::size_t slot = 0; slot < 9; ++slot) {
+        const std::string name =
+            "W/frames/layer_" + std::to_string(layer) + "_slot_" + std::to_string(slot);
+        std::size_t picture = 1;  // 0: of the whole emitter
+        for (const char* role : {"_emitter.png", "_modulator.png"}) {
+          const Image<Rgb8> file = ReadSrgb8(root_ / (name + role));
+          const nlohmann::json& of = slots[slot + 1].at("pictures").at(picture++);
+          const Image<Rgb8> shown = PictureOfUri(of.at("picture"), root_);
+          ASSERT_EQ(shown.width(), part.width);
+          for (int y = 0; y < part.height; ++y) {
+            for (int x = 0; x < part.width; ++x) {
+              ASSERT_EQ(shown(x, y), file(part.x + x, part.y + y)) << name << role;
+            }
+          }
+        }
+      }
+    }
+  }
+
   static void ExpectPanelsToDecodeBackToTheirEmitters() {
     const Workspace workspace(root_ / "W");
     const LayersRecord record = LoadLayersRecord(workspace);
@@ -279,6 +315,7 @@ TEST_F(StagePreviewTest, ShowsTheSceneAndTellsHowFarItIsFromTheCapture) {
   ExpectTheNearCardToMoveAgainstTheEye();
   ExpectAnOverviewOfTheWholeChain();
   ExpectOneSelfContainedPage();
+  ExpectThePageToStepThroughTheFrames();
   ExpectPanelsToDecodeBackToTheirEmitters();
 }
 
@@ -314,6 +351,20 @@ TEST_F(StagePreviewTest, FocusesOnTheWallAndOnTheCard) {
   // The card, at 12 mm, is sharp from the front layer; the backmost panel's left edge from its own.
   EXPECT_GT(step("target", 1, 60, 180), 2 * step("target", 0, 60, 180));
   EXPECT_GT(step("simulated", 0, 0, 12), 2 * step("simulated", 1, 0, 12));
+}
+
+TEST_F(StagePreviewTest, ShowsTheLayersWhereItIsSimulatedFromThem) {
+  const fs::path frames = root_ / "W/frames", away = root_ / "frames";
+  fs::rename(frames, away);
+  PreviewOptions options = Small();
+  options.positions = 1;
+  options.source = "layers";
+  Preview(options);
+  fs::rename(away, frames);
+  const nlohmann::json steps = PageData().at("steps");
+  EXPECT_EQ(steps.at("layers").at(1).at("slots").size(), 9U);
+  EXPECT_NE(steps.at("note").get<std::string>().find("before it becomes frames"),
+            std::string::npos);
 }
 
 TEST_F(StagePreviewTest, WritesTheSameBytesWithAnyNumberOfThreads) {
