@@ -1,6 +1,7 @@
 #include "lightfield/parallel.h"
 
 #include <algorithm>
+#include <exception>
 
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
@@ -8,15 +9,24 @@
 #include <tbb/task_arena.h>
 
 namespace lamella {
+namespace {
+
+// An outer loop was called off by another iteration's exception, which is the one that is rethrown.
+struct CalledOff : std::exception {};
+
+}  // namespace
 
 void ParallelFor(std::int64_t begin, std::int64_t end, std::int64_t grain,
                  const std::function<void(std::int64_t, std::int64_t)>& body) {
   if (begin >= end) return;
+  // Calling an outer loop off ends this one, too, without an exception of its own.
+  tbb::task_group_context context;
   // simple_partitioner: the ranges depend on the grain alone, not on the machine.
   tbb::parallel_for(
       tbb::blocked_range<std::int64_t>(begin, end, std::max<std::int64_t>(grain, 1)),
       [&](const tbb::blocked_range<std::int64_t>& range) { body(range.begin(), range.end()); },
-      tbb::simple_partitioner());
+      tbb::simple_partitioner(), context);
+  if (context.is_group_execution_cancelled()) throw CalledOff();
 }
 
 void ParallelForEach(std::int64_t begin, std::int64_t end,
