@@ -27,6 +27,7 @@
 #include "pipeline/photo_cameras.h"
 #include "pipeline/shown_frames.h"
 #include "pipeline/unfinished_photos.h"
+#include "pipeline/workspace.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -313,7 +314,7 @@ void Take(const std::vector<const Taken*>& left, const SynthPhotosOptions& optio
 std::string DependOn(const SynthPhotosOptions& options, const Truth& truth, double exposure,
                      const std::vector<Shot>& shots) {
   SynthPhotosOptions asked = options;
-  std::string text = ToToml({Describe(asked)}) + CalibrationText(truth.calibration) +
+  std::string text = ProgramVersion() + ToToml({Describe(asked)}) + CalibrationText(truth.calibration) +
                      fmt::format("{} {}", truth.slot_crosstalk, exposure);
   std::set<fs::path> files;
   if (!options.cameras.empty()) files.insert(options.cameras);
