@@ -314,7 +314,8 @@ void Take(const std::vector<const Taken*>& left, const SynthPhotosOptions& optio
 std::string DependOn(const SynthPhotosOptions& options, const Truth& truth, double exposure,
                      const std::vector<Shot>& shots) {
   SynthPhotosOptions asked = options;
-  std::string text = ProgramVersion() + ToToml({Describe(asked)}) + CalibrationText(truth.calibration) +
+  std::string text = ProgramVersion() + ToToml({Describe(asked)}) +
+                     CalibrationText(truth.calibration) +
                      fmt::format("{} {}", truth.slot_crosstalk, exposure);
   std::set<fs::path> files;
   if (!options.cameras.empty()) files.insert(options.cameras);
