@@ -244,8 +244,9 @@ CrosstalkFit FitCrosstalk(const std::vector<VectorXd>& series, const CrosstalkSe
   fit.spread_sd_px = better.sd_px;
   fit.rms = std::sqrt(better.squares / static_cast<double>(series.size()) / setup.num_views);
   CrosstalkSetup eye = setup;
+  eye.drift_px = 0;
+  fit.with_pupil = MatrixOf(eye, fit.kind, fit.spread_px);
   eye.pupil_px = 0;
-  fit.with_pupil = MatrixOf(setup, fit.kind, fit.spread_px);
   fit.without_pupil = MatrixOf(eye, fit.kind, fit.spread_px);
   return fit;
 }

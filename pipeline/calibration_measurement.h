@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "calibration/calibrate.h"
 #include "pipeline/json_file.h"
 #include "pipeline/solve_photos.h"
@@ -30,6 +32,14 @@ struct CalibrationMeasurement {
   };
   std::vector<Group> groups;
   std::vector<SolvedPhotos::Photo> photos;
+};
+
+// How much of view k (columns) an eye in the middle of view j (rows) sees before a layer: K x K
+// shares, rows sum to 1. Views and matrices are crosstalk.h's.
+struct MeasuredCrosstalk {
+  int layer = 0;
+  double pupil_px = 0;  // diameter of the camera's pupil on the emitter; 0: not known
+  Eigen::MatrixXd without_pupil, with_pupil;
 };
 
 CalibrationMeasurement MeasurementOf(const SolvedPhotos& solved);

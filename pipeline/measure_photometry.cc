@@ -308,20 +308,27 @@ class Measuring {
     Tell("whites of the layers differ by {:.1f} (CIEDE2000) before they are matched", difference);
   }
 
+  // Openings are thrown larger on emitters behind them, and so is the camera's pupil through them.
+  CrosstalkSetup LinesSetup(int layer, const LayerCalibration& of) const {
+    CrosstalkSetup setup{kLinesPeriodPx, of.modulator->pitch_mm / of.emitter.pitch_mm, 0, 0};
+    setup.drift_px = std::abs(std::tan(of.rotation_rad.z())) *
+                     PatchHeightPx({of.emitter.width_px, of.emitter.height_px});
+    if (!standing_) return setup;
+    const Eigen::Vector2d middle(of.emitter.width_px / 2.0, of.emitter.height_px / 2.0);
+    const double thrown = of.gap_mm / of.index / standing_->ToCamera(layer, 0, middle).z();
+    setup.opening_px *= 1 + thrown;
+    setup.pupil_px = options_.pupil_mm * thrown / of.emitter.pitch_mm;
+    return setup;
+  }
+
   void MeasureCrosstalk(const LayerLight& layer) {
     if (layer.lines.empty()) {
       Warn("layer {}'s lines are too small in the picture: crosstalk stays as it was", layer.layer);
       return;
     }
     LayerCalibration& of = Of(layer);
-    CrosstalkSetup setup{kLinesPeriodPx, 1, 0, 0};
-    setup.drift_px = std::abs(std::tan(of.rotation_rad.z())) *
-                     PatchHeightPx({of.emitter.width_px, of.emitter.height_px});
-    if (options_.pupil_mm > 0 && standing_) {
-      const Eigen::Vector2d middle(of.emitter.width_px / 2.0, of.emitter.height_px / 2.0);
-      const double distance = standing_->ToCamera(layer.layer, 0, middle).z();
-      setup.pupil_px = options_.pupil_mm * of.gap_mm / of.index / distance / of.emitter.pitch_mm;
-    } else {
+    const CrosstalkSetup setup = LinesSetup(layer.layer, of);
+    if (setup.pupil_px == 0) {
       Warn(
           "layer {}'s crosstalk holds the camera's pupil: give --pupil-mm, and --focal-px or three "
           "positions",
@@ -331,6 +338,8 @@ class Measuring {
     const CrosstalkFit fit = FitCrosstalk(layer.lines, setup, NameOf(emitter));
     of.emitter.photometry.crosstalk = KernelOf(fit);
     State(NameOf(emitter), "spread", "px", fit.spread_sd_px);
+    measured_.crosstalk.push_back(
+        {layer.layer, setup.pupil_px, fit.without_pupil, fit.with_pupil});
     Tell(
         "{}: light spreads by {:.3f} px (sd {:.3f}); a neighbouring emitter gives {:.4f} of what "
         "an eye sees, {:.4f} with the camera's pupil of {:.2f} px",
