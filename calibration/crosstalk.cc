@@ -44,9 +44,9 @@ double SmoothRamp(double x, double sigma) {
 // The boxes of an emitter and an opening, one over the other and over a Gaussian: of sum 1.
 double Overlap(double x, double opening_px, double sigma) {
   const double outer = (1 + opening_px) / 2, inner = std::abs(1 - opening_px) / 2;
-  return (SmoothRamp(x + outer, sigma) - SmoothRamp(x + inner, sigma) -
-          SmoothRamp(x - inner, sigma) + SmoothRamp(x - outer, sigma)) /
-         opening_px;
+  const double overlap = SmoothRamp(x + outer, sigma) - SmoothRamp(x + inner, sigma) -
+                         SmoothRamp(x - inner, sigma) + SmoothRamp(x - outer, sigma);
+  return std::max(0.0, overlap) / opening_px;  // not the rounding's -1e-17
 }
 
 struct Node {

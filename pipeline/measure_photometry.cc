@@ -13,6 +13,7 @@
 #include "calibration/crosstalk.h"
 #include "calibration/initialise.h"
 #include "calibration/response_fit.h"
+#include "calibration/solve.h"
 #include "calibration/state.h"
 #include "calibration/vignetting.h"
 #include "distribute/displays.h"
@@ -58,6 +59,17 @@ struct Standing {
   }
 };
 
+// In least squares: homographies of boards in small photographs tell it to a tenth only, and with
+// it the distance by which a pupil is thrown. Poses are not taken from there: the distortion that
+// is fitted along would turn them.
+double SolvedFocalPx(const CalibrationState& start, const Structure& structure,
+                     const Observations& boards) {
+  FreeGroups free;
+  free.slip = false;
+  const LensParameters lens = Solve(start, structure, boards, free).state.cameras.front();
+  return (lens(0) + lens(1)) / 2;
+}
+
 std::optional<Standing> FindStanding(const PhotometricLight& light, const Calibration& calibration,
                                      double focal_px) {
   if (light.num_views < kLeastViews && focal_px == 0) return std::nullopt;
@@ -65,6 +77,10 @@ std::optional<Standing> FindStanding(const PhotometricLight& light, const Calibr
   boards.cameras[0].focal_px = focal_px;
   Structure structure = StructureOf(boards, calibration);
   CalibrationState state = Initialise(boards, structure);
+  if (focal_px == 0) {
+    boards.cameras[0].focal_px = SolvedFocalPx(state, structure, boards);
+    state = Initialise(boards, structure);
+  }
   return Standing{std::move(structure), std::move(state)};
 }
 
@@ -338,13 +354,24 @@ class Measuring {
     const CrosstalkFit fit = FitCrosstalk(layer.lines, setup, NameOf(emitter));
     of.emitter.photometry.crosstalk = KernelOf(fit);
     State(NameOf(emitter), "spread", "px", fit.spread_sd_px);
-    measured_.crosstalk.push_back(
-        {layer.layer, setup.pupil_px, fit.without_pupil, fit.with_pupil});
+    measured_.crosstalk.push_back({layer.layer, setup.pupil_px, fit.without_pupil, fit.with_pupil});
     Tell(
         "{}: light spreads by {:.3f} px (sd {:.3f}); a neighbouring emitter gives {:.4f} of what "
         "an eye sees, {:.4f} with the camera's pupil of {:.2f} px",
         NameOf(emitter), fit.spread_px, fit.spread_sd_px, fit.without_pupil(0, 1),
         fit.with_pupil(0, 1), setup.pupil_px);
+    if (setup.pupil_px > 0)
+      TellShares(layer.layer, "without the camera's pupil", fit.without_pupil);
+    TellShares(layer.layer, "with the camera's pupil", fit.with_pupil);
+  }
+
+  void TellShares(int layer, const char* how, const Eigen::MatrixXd& shares) {
+    Tell("layer {}: views (columns) in what an eye before each of them sees (rows), {}, %:", layer,
+         how);
+    for (Eigen::Index j = 0; j < shares.rows(); ++j) {
+      const Eigen::RowVectorXd row = 100 * shares.row(j);
+      Tell("  {:2}:{:7.2f}", j, fmt::join(row.begin(), row.end(), ""));
+    }
   }
 
   const MeasurePhotometryOptions& options_;
