@@ -360,8 +360,9 @@ class Measuring {
         "an eye sees, {:.4f} with the camera's pupil of {:.2f} px",
         NameOf(emitter), fit.spread_px, fit.spread_sd_px, fit.without_pupil(0, 1),
         fit.with_pupil(0, 1), setup.pupil_px);
-    if (setup.pupil_px > 0)
+    if (setup.pupil_px > 0) {
       TellShares(layer.layer, "without the camera's pupil", fit.without_pupil);
+    }
     TellShares(layer.layer, "with the camera's pupil", fit.with_pupil);
   }
 

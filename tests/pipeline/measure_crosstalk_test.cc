@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "datasets_synthetic/cameras.h"
@@ -186,9 +185,12 @@ void ExpectTrueCrosstalk(const std::string& gap, double spread_px) {
   const MatrixXd seen = TrueCrosstalk(folder, truth);
   EXPECT_LT((crosstalk.without_pupil - seen).cwiseAbs().maxCoeff(), 0.005);
   EXPECT_GT((crosstalk.with_pupil - seen).cwiseAbs().maxCoeff(), 0.02);
+  ExpectTrueSpread(measured.calibration, truth);
   // With the pupil left in, it passes for a wider spread.
   options.pupil_mm = 0;
   const MeasuredPhotometry blurred = MeasurePhotometry(options, SilentProgress());
+  ASSERT_EQ(blurred.crosstalk.size(), 1U);
+  EXPECT_GT((blurred.crosstalk[0].without_pupil - seen).cwiseAbs().maxCoeff(), 0.02);
   EXPECT_EQ(blurred.crosstalk[0].without_pupil, blurred.crosstalk[0].with_pupil);
 }
 
