@@ -85,7 +85,7 @@ void WriteEyes(const fs::path& file) {
 Calibration PhotographLines(const fs::path& folder, const std::string& gap, double spread_px) {
   WriteTextAtomically(folder / "display.toml", kOneLayer + gap);
   const Calibration design = DesignCalibration(ReadDisplay(folder / "display.toml"));
-  const Calibration truth = SpreadingTruth(design, spread_px);
+  Calibration truth = SpreadingTruth(design, spread_px);
   SaveCalibration(folder / "true.json", truth);
   Calibration geometry = truth;
   geometry.layers[0].emitter.photometry = design.layers[0].emitter.photometry;
