@@ -44,9 +44,9 @@ double SmoothRamp(double x, double sigma) {
 // The boxes of an emitter and an opening, one over the other and over a Gaussian: of sum 1.
 double Overlap(double x, double opening_px, double sigma) {
   const double outer = (1 + opening_px) / 2, inner = std::abs(1 - opening_px) / 2;
-  return (SmoothRamp(x + outer, sigma) - SmoothRamp(x + inner, sigma) -
-          SmoothRamp(x - inner, sigma) + SmoothRamp(x - outer, sigma)) /
-         opening_px;
+  const double overlap = SmoothRamp(x + outer, sigma) - SmoothRamp(x + inner, sigma) -
+                         SmoothRamp(x - inner, sigma) + SmoothRamp(x - outer, sigma);
+  return std::max(0.0, overlap) / opening_px;  // not the rounding's -1e-17
 }
 
 struct Node {
@@ -244,8 +244,9 @@ CrosstalkFit FitCrosstalk(const std::vector<VectorXd>& series, const CrosstalkSe
   fit.spread_sd_px = better.sd_px;
   fit.rms = std::sqrt(better.squares / static_cast<double>(series.size()) / setup.num_views);
   CrosstalkSetup eye = setup;
+  eye.drift_px = 0;
+  fit.with_pupil = MatrixOf(eye, fit.kind, fit.spread_px);
   eye.pupil_px = 0;
-  fit.with_pupil = MatrixOf(setup, fit.kind, fit.spread_px);
   fit.without_pupil = MatrixOf(eye, fit.kind, fit.spread_px);
   return fit;
 }

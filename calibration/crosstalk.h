@@ -19,7 +19,7 @@ enum class SpreadKind { kDiffuse, kWholePixels };
 
 struct CrosstalkSetup {
   int num_views = 8;      // K
-  double opening_px = 1;  // the opening's width
+  double opening_px = 1;  // the opening's width as it is thrown on the row from where one looks
   double pupil_px = 0;    // the camera's pupil as the opening throws it on the row: its diameter
   double drift_px = 0;    // by which places within a series' part of the panel differ, evenly
 };
@@ -34,7 +34,8 @@ struct CrosstalkFit {
   SpreadKind kind = SpreadKind::kDiffuse;  // which fits better
   double spread_px = 0, spread_sd_px = 0;  // its sigma
   // Share of view k in what an eye in the middle of view j sees: K x K, rows sum to 1. Of one with
-  // the camera's pupil, which is an extra blur, and of one without any.
+  // the camera's pupil, which is an extra blur, and of one without any. A series' drift, which is
+  // one more, is taken out of both.
   Eigen::MatrixXd with_pupil, without_pupil;
   double rms = 0;  // of the residuals, share of a series' sum
 };

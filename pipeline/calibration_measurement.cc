@@ -14,7 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kMostMeasuredLayers = 1024;
+constexpr int kMostMeasuredLayers = 1024, kMostMeasuredViews = 1024;
+constexpr double kMostRowError = 1e-6;  // of a sum of shares
 
 const char* RoleName(const PanelId& panel) {
   return panel.role == PanelId::kEmitter ? "emitter" : "modulator";
@@ -30,6 +31,14 @@ Json ToJson(const std::vector<ParameterDeviation>& deviations) {
   return json;
 }
 
+Json ToJson(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (const auto& row : matrix.rowwise()) {
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return rows;
+}
+
 PanelId ReadPanelId(const JsonObject& json) {
   const std::string role = json.Text("role");
   if (role != "emitter" && role != "modulator") throw json.Wrong("role", "emitter or modulator");
@@ -41,6 +50,18 @@ double ReadNotNegative(const JsonObject& json, const char* key) {
   const double value = json.Number(key);
   if (value < 0) throw json.Wrong(key, "0 or more");
   return value;
+}
+
+Eigen::MatrixXd ReadShares(const JsonObject& json, const char* key, int num_views) {
+  const auto size = static_cast<std::size_t>(num_views);
+  const std::vector<double> shares = json.Numbers(key, size * size);
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::MatrixXd matrix = Eigen::Map<const Rows>(shares.data(), num_views, num_views);
+  const Eigen::VectorXd sums = matrix.rowwise().sum();
+  if (matrix.minCoeff() < 0 || (sums.array() - 1).abs().maxCoeff() > kMostRowError) {
+    throw json.Wrong(key, "rows of shares whose sum is 1");
+  }
+  return matrix;
 }
 
 EyeBox ReadEyeBox(const JsonObject& json) {
@@ -117,6 +138,31 @@ std::vector<ParameterDeviation> ReadDeviations(const JsonObject& json, const cha
         {deviation.Text("parameter"), deviation.Text("unit"), ReadNotNegative(deviation, "sd")});
   }
   return deviations;
+}
+
+std::string CrosstalkText(const std::vector<MeasuredCrosstalk>& crosstalk) {
+  Json json = Json::array();
+  for (const MeasuredCrosstalk& layer : crosstalk) {
+    json.push_back({{"layer", layer.layer},
+                    {"views", layer.without_pupil.rows()},
+                    {"pupil_px", layer.pupil_px},
+                    {"without_pupil", ToJson(layer.without_pupil)},
+                    {"with_pupil", ToJson(layer.with_pupil)}});
+  }
+  return json.dump();
+}
+
+std::vector<MeasuredCrosstalk> ReadCrosstalk(const JsonObject& json, const char* key) {
+  std::vector<MeasuredCrosstalk> crosstalk;
+  for (const JsonObject& layer : json.Objects(key)) {
+    layer.CheckKeys({"layer", "views", "pupil_px", "without_pupil", "with_pupil"});
+    const int num_views = layer.Whole("views", 1, kMostMeasuredViews);
+    crosstalk.push_back({layer.Whole("layer", 0, kMostMeasuredLayers),
+                         ReadNotNegative(layer, "pupil_px"),
+                         ReadShares(layer, "without_pupil", num_views),
+                         ReadShares(layer, "with_pupil", num_views)});
+  }
+  return crosstalk;
 }
 
 std::string MeasurementText(const CalibrationMeasurement& m) {

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "calibration/calibrate.h"
 #include "pipeline/json_file.h"
 #include "pipeline/solve_photos.h"
@@ -32,15 +34,25 @@ struct CalibrationMeasurement {
   std::vector<SolvedPhotos::Photo> photos;
 };
 
+// How much of view k (columns) an eye in the middle of view j (rows) sees before a layer: K x K
+// shares, rows sum to 1. Views and matrices are crosstalk.h's.
+struct MeasuredCrosstalk {
+  int layer = 0;
+  double pupil_px = 0;  // of the camera: its diameter as openings throw it; 0: not known
+  Eigen::MatrixXd without_pupil, with_pupil;
+};
+
 CalibrationMeasurement MeasurementOf(const SolvedPhotos& solved);
 CalibrationMeasurement MeasurementOf(const SolvedVarifocal& solved);
 
-// An object of JSON, and an array of it.
+// An object of JSON, and arrays of it.
 std::string MeasurementText(const CalibrationMeasurement& measurement);
 std::string DeviationsText(const std::vector<ParameterDeviation>& deviations);
-// InputError naming the field where one is unknown, absent, of another type, or a deviation is
-// negative.
+std::string CrosstalkText(const std::vector<MeasuredCrosstalk>& crosstalk);
+// InputError naming the field where one is unknown, absent, of another type, a deviation or the
+// pupil is negative, or a matrix is not square of shares whose rows sum to 1.
 CalibrationMeasurement ReadMeasurement(const JsonObject& json);
 std::vector<ParameterDeviation> ReadDeviations(const JsonObject& json, const char* key);
+std::vector<MeasuredCrosstalk> ReadCrosstalk(const JsonObject& json, const char* key);
 
 }  // namespace lamella

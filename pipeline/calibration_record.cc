@@ -224,6 +224,9 @@ std::string CalibrationText(const Calibration& calibration, const MeasuredNumber
                {"layers", layers}};
   if (measured.geometry) json["measured"] = Json::parse(MeasurementText(*measured.geometry));
   if (!measured.light.empty()) json["measured_light"] = Json::parse(DeviationsText(measured.light));
+  if (!measured.crosstalk.empty()) {
+    json["measured_crosstalk"] = Json::parse(CrosstalkText(measured.crosstalk));
+  }
   return json.dump(1) + "\n";
 }
 
@@ -246,12 +249,21 @@ std::vector<ParameterDeviation> LoadLightDeviations(const std::filesystem::path&
   return ReadDeviations(json, "measured_light");
 }
 
+std::vector<MeasuredCrosstalk> LoadCrosstalk(const std::filesystem::path& file) {
+  const JsonObject json(file);
+  json.CheckFormatVersion(kCalibrationVersion);
+  if (!json.Has("measured_crosstalk")) return {};
+  return ReadCrosstalk(json, "measured_crosstalk");
+}
+
 Calibration LoadCalibration(const std::filesystem::path& file) {
   const JsonObject json(file);
   json.CheckFormatVersion(kCalibrationVersion);
-  json.CheckKeys({"format_version", "display", "layers", "measured", "measured_light"});
+  json.CheckKeys(
+      {"format_version", "display", "layers", "measured", "measured_light", "measured_crosstalk"});
   if (json.Has("measured")) ReadMeasurement(json.Object("measured"));
   if (json.Has("measured_light")) ReadDeviations(json, "measured_light");
+  if (json.Has("measured_crosstalk")) ReadCrosstalk(json, "measured_crosstalk");
   Calibration calibration;
   calibration.display = json.Text("display");
   for (const JsonObject& layer : json.Objects("layers")) {

@@ -16,6 +16,7 @@ namespace lamella {
 struct MeasuredNumbers {
   std::optional<CalibrationMeasurement> geometry;
   std::vector<ParameterDeviation> light;  // of the panels' photometry
+  std::vector<MeasuredCrosstalk> crosstalk = {};
 };
 
 // Every number as it is: reading gives the same bits back.
@@ -30,7 +31,8 @@ Calibration LoadCalibration(const std::filesystem::path& file);
 // How its geometry was measured; nothing of designs and virtual prototypes. LoadCalibration checks
 // it, too.
 std::optional<CalibrationMeasurement> LoadMeasurement(const std::filesystem::path& file);
-// Deviations of its panels' photometry, likewise.
+// Deviations of its panels' photometry and its layers' crosstalk, likewise.
 std::vector<ParameterDeviation> LoadLightDeviations(const std::filesystem::path& file);
+std::vector<MeasuredCrosstalk> LoadCrosstalk(const std::filesystem::path& file);
 
 }  // namespace lamella

@@ -13,6 +13,7 @@
 #include "calibration/crosstalk.h"
 #include "calibration/initialise.h"
 #include "calibration/response_fit.h"
+#include "calibration/solve.h"
 #include "calibration/state.h"
 #include "calibration/vignetting.h"
 #include "distribute/displays.h"
@@ -58,6 +59,17 @@ struct Standing {
   }
 };
 
+// In least squares: homographies of boards in small photographs tell it to a tenth only, and with
+// it the distance by which a pupil is thrown. Poses are not taken from there: the distortion that
+// is fitted along would turn them.
+double SolvedFocalPx(const CalibrationState& start, const Structure& structure,
+                     const Observations& boards) {
+  FreeGroups free;
+  free.slip = false;
+  const LensParameters lens = Solve(start, structure, boards, free).state.cameras.front();
+  return (lens(0) + lens(1)) / 2;
+}
+
 std::optional<Standing> FindStanding(const PhotometricLight& light, const Calibration& calibration,
                                      double focal_px) {
   if (light.num_views < kLeastViews && focal_px == 0) return std::nullopt;
@@ -65,6 +77,10 @@ std::optional<Standing> FindStanding(const PhotometricLight& light, const Calibr
   boards.cameras[0].focal_px = focal_px;
   Structure structure = StructureOf(boards, calibration);
   CalibrationState state = Initialise(boards, structure);
+  if (focal_px == 0) {
+    boards.cameras[0].focal_px = SolvedFocalPx(state, structure, boards);
+    state = Initialise(boards, structure);
+  }
   return Standing{std::move(structure), std::move(state)};
 }
 
@@ -308,20 +324,27 @@ class Measuring {
     Tell("whites of the layers differ by {:.1f} (CIEDE2000) before they are matched", difference);
   }
 
+  // Openings are thrown larger on emitters behind them, and so is the camera's pupil through them.
+  CrosstalkSetup LinesSetup(int layer, const LayerCalibration& of) const {
+    CrosstalkSetup setup{kLinesPeriodPx, of.modulator->pitch_mm / of.emitter.pitch_mm, 0, 0};
+    setup.drift_px = std::abs(std::tan(of.rotation_rad.z())) *
+                     PatchHeightPx({of.emitter.width_px, of.emitter.height_px});
+    if (!standing_) return setup;
+    const Eigen::Vector2d middle(of.emitter.width_px / 2.0, of.emitter.height_px / 2.0);
+    const double thrown = of.gap_mm / of.index / standing_->ToCamera(layer, 0, middle).z();
+    setup.opening_px *= 1 + thrown;
+    setup.pupil_px = options_.pupil_mm * thrown / of.emitter.pitch_mm;
+    return setup;
+  }
+
   void MeasureCrosstalk(const LayerLight& layer) {
     if (layer.lines.empty()) {
       Warn("layer {}'s lines are too small in the picture: crosstalk stays as it was", layer.layer);
       return;
     }
     LayerCalibration& of = Of(layer);
-    CrosstalkSetup setup{kLinesPeriodPx, 1, 0, 0};
-    setup.drift_px = std::abs(std::tan(of.rotation_rad.z())) *
-                     PatchHeightPx({of.emitter.width_px, of.emitter.height_px});
-    if (options_.pupil_mm > 0 && standing_) {
-      const Eigen::Vector2d middle(of.emitter.width_px / 2.0, of.emitter.height_px / 2.0);
-      const double distance = standing_->ToCamera(layer.layer, 0, middle).z();
-      setup.pupil_px = options_.pupil_mm * of.gap_mm / of.index / distance / of.emitter.pitch_mm;
-    } else {
+    const CrosstalkSetup setup = LinesSetup(layer.layer, of);
+    if (setup.pupil_px == 0) {
       Warn(
           "layer {}'s crosstalk holds the camera's pupil: give --pupil-mm, and --focal-px or three "
           "positions",
@@ -331,11 +354,25 @@ class Measuring {
     const CrosstalkFit fit = FitCrosstalk(layer.lines, setup, NameOf(emitter));
     of.emitter.photometry.crosstalk = KernelOf(fit);
     State(NameOf(emitter), "spread", "px", fit.spread_sd_px);
+    measured_.crosstalk.push_back({layer.layer, setup.pupil_px, fit.without_pupil, fit.with_pupil});
     Tell(
         "{}: light spreads by {:.3f} px (sd {:.3f}); a neighbouring emitter gives {:.4f} of what "
         "an eye sees, {:.4f} with the camera's pupil of {:.2f} px",
         NameOf(emitter), fit.spread_px, fit.spread_sd_px, fit.without_pupil(0, 1),
         fit.with_pupil(0, 1), setup.pupil_px);
+    if (setup.pupil_px > 0) {
+      TellShares(layer.layer, "without the camera's pupil", fit.without_pupil);
+    }
+    TellShares(layer.layer, "with the camera's pupil", fit.with_pupil);
+  }
+
+  void TellShares(int layer, const char* how, const Eigen::MatrixXd& shares) {
+    Tell("layer {}: views (columns) in what an eye before each of them sees (rows), {}, %:", layer,
+         how);
+    for (Eigen::Index j = 0; j < shares.rows(); ++j) {
+      const Eigen::RowVectorXd row = 100 * shares.row(j);
+      Tell("  {:2}:{:7.2f}", j, fmt::join(row.begin(), row.end(), ""));
+    }
   }
 
   const MeasurePhotometryOptions& options_;

@@ -9,6 +9,7 @@
 #include "calibration/calibrate.h"
 #include "lightfield/calibration.h"
 #include "lightfield/progress.h"
+#include "pipeline/calibration_measurement.h"
 #include "pipeline/photometric_photos.h"
 
 namespace lamella {
@@ -25,6 +26,7 @@ struct MeasurePhotometryOptions {
 struct MeasuredPhotometry {
   Calibration calibration;                     // the given one with the panels' light in it
   std::vector<ParameterDeviation> deviations;  // of numbers that were measured
+  std::vector<MeasuredCrosstalk> crosstalk;    // of the layers whose lines were large enough
   std::vector<std::string> lines;              // what was found, how well it is known
   std::vector<std::string> warnings;           // what keeps it from being all that it could be
 };

@@ -34,13 +34,12 @@ TRUE_DEPTH_DISPLAYS = {"paper": "as paper-two-layer", "effective": "layers and b
                        "lens": "square lenslets"}
 SUBSET = [f"input_Cam{9 * row + column:03d}" for row in (0, 4, 8) for column in (0, 4, 8)]
 TRIALS, FIRST_SEED = 20, 301  # of the calibration loop
-# What its design does not know, and which group that asks for. Photographs of a quarter of the pixels.
+# What its design does not know, and which group that asks for.
 TERMS = {"nothing": ((), None), "panels bowed by 0.02 mm": (("--bow", "0.02"), "bow"),
          "a splitter's glass of 5 mm, as designed": (("--plate", "5"), None),
          "a splitter's glass of 5.4 mm, not 5": (("--plate", "5.4"), "plate thickness"),
          "spacers of index 1.55, not 1.49": (("--index", "1.55"), "index")}
 TERM_GROUPS = ("bow", "plate thickness", "index")
-TERM_WIDTH_PX = 1344
 LOOP_FIGURES = {"gap_error_mm": ("gap", "mm", 0.01), "rotation_error_deg": ("rotation", "°", 0.001),
                 "ray_rms_px": ("rays, RMS", "panel px", 0.02), "ray_max_px": ("rays, largest", "panel px", 0.06)}
 
@@ -293,7 +292,7 @@ def closed_loop(bench):
 
 def take_calibration(bench):
     terms = {name: bench.measure("calibration_terms_" + "_".join(options).replace("--", ""),
-                                 calibration_trials(bench, "--width", str(TERM_WIDTH_PX), *options))["trials"]
+                                 calibration_trials(bench, *options))["trials"]
              for name, (options, _) in TERMS.items()}
     return {"loop": bench.measure("calibration_trials", calibration_trials(bench))["trials"],
             "time": bench.measure("calibration_time", calibration_time(bench)),
@@ -403,7 +402,7 @@ positions, distorted, blurred by 1 px and noisy. {len(solved)} of {TRIALS} calib
 {cost(results["time"])[1]}.
 
 Which parameters beyond poses, gaps and scales photographs ask for, of such prototypes that differ from their design
-(photographs of {TERM_WIDTH_PX} px, the same seeds; calibrations in which each was freed, of those written):
+(the same seeds and photographs; calibrations in which each was freed, of those written):
 
 """ + table(["what the design does not know", *TERM_GROUPS], terms_rows(results["terms"])) + f"""
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures what lamella reaches and what it costs, with commands anyone can run, and writes
-# docs/accuracy.md and the table in README.md. Takes about three hours on two idle cores.
+# docs/accuracy.md and the table in README.md. Takes about six hours on two idle cores.
 #
 #   scripts/accuracy.sh [--fresh] [--only true-depth|calibration]
 #

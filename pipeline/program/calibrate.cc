@@ -146,17 +146,17 @@ struct PhotometryArguments {
   std::filesystem::path out;
 };
 
-// What was not measured again stays as well known as it was.
-std::vector<ParameterDeviation> Renewed(std::vector<ParameterDeviation> known,
-                                        const std::vector<ParameterDeviation>& measured) {
-  for (const ParameterDeviation& deviation : measured) {
-    const auto same = std::find_if(known.begin(), known.end(), [&](const ParameterDeviation& old) {
-      return old.name == deviation.name;
-    });
+// What was not measured again stays as it was known; `of` tells what a number is of.
+template <class Measured, class Of>
+std::vector<Measured> Renewed(std::vector<Measured> known, const std::vector<Measured>& measured,
+                              Of Measured::*of) {
+  for (const Measured& now : measured) {
+    const auto same = std::find_if(known.begin(), known.end(),
+                                   [&](const Measured& old) { return old.*of == now.*of; });
     if (same == known.end()) {
-      known.push_back(deviation);
+      known.push_back(now);
     } else {
-      *same = deviation;
+      *same = now;
     }
   }
   return known;
@@ -177,11 +177,14 @@ ExitCode RunPhotometry(PhotometryArguments arguments, Progress& progress) {
   WriteTextAtomically(text_file, text);
   const std::filesystem::path& given = arguments.options.calibration;
   if (given.empty()) {
-    SaveCalibration(out, measured.calibration, {std::nullopt, measured.deviations});
+    SaveCalibration(out, measured.calibration,
+                    {std::nullopt, measured.deviations, measured.crosstalk});
   } else {
     SaveCalibration(
         out, measured.calibration,
-        {LoadMeasurement(given), Renewed(LoadLightDeviations(given), measured.deviations)});
+        {LoadMeasurement(given),
+         Renewed(LoadLightDeviations(given), measured.deviations, &ParameterDeviation::name),
+         Renewed(LoadCrosstalk(given), measured.crosstalk, &MeasuredCrosstalk::layer)});
   }
   return ExitCode::kDone;
 }

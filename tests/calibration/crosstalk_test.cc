@@ -58,7 +58,7 @@ TEST(ViewsSeen, AreSharesOfLinesOfSight) {
 
 // A pupil of 5 % of a zone of 20 views: photographs say more crosstalk than there is.
 void ExpectTruth(SpreadKind kind, double spread_px) {
-  const CrosstalkSetup setup{20, 0.5, 1, 0};
+  const CrosstalkSetup setup{20, 0.5, 1, 0.2};
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0, 2e-4);
   std::vector<VectorXd> series;

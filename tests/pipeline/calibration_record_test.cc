@@ -90,6 +90,14 @@ CalibrationMeasurement Measured() {
 
 std::vector<ParameterDeviation> Light() { return {{"layer 0 fall-off", "", 1.0 / 30}}; }
 
+// Not symmetric, so that rows are not taken for columns.
+std::vector<MeasuredCrosstalk> Crosstalk() {
+  Eigen::MatrixXd without(3, 3), with(3, 3);
+  without << 0.7, 0.2, 0.1, 0, 1, 0, 1.0 / 3, 1.0 / 3, 1 - 2.0 / 3;
+  with << 0.5, 0.25, 0.25, 0.25, 0.5, 0.25, 0.125, 0, 0.875;
+  return {{1, 2.0 / 3, without, with}};
+}
+
 TEST(CalibrationRecord, SaysHowItWasMeasured) {
   const auto file = ScratchFolder() / "calibration.json";
   SaveCalibration(file, Everything(), {Measured(), Light()});
@@ -109,6 +117,20 @@ TEST(CalibrationRecord, SaysHowItWasMeasured) {
   EXPECT_FALSE(LoadMeasurement(file));
 }
 
+TEST(CalibrationRecord, KeepsTheCrosstalkOfViews) {
+  const auto file = ScratchFolder() / "calibration.json";
+  SaveCalibration(file, Everything(), {{}, {}, Crosstalk()});
+  EXPECT_EQ(CalibrationText(LoadCalibration(file)), CalibrationText(Everything()));
+  const std::vector<MeasuredCrosstalk> again = LoadCrosstalk(file);
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_EQ(again[0].layer, 1);
+  EXPECT_EQ(again[0].pupil_px, 2.0 / 3);
+  EXPECT_EQ(again[0].without_pupil, Crosstalk()[0].without_pupil);
+  EXPECT_EQ(again[0].with_pupil, Crosstalk()[0].with_pupil);
+  SaveCalibration(file, Everything());
+  EXPECT_TRUE(LoadCrosstalk(file).empty());
+}
+
 TEST(CalibrationRecord, TakesWhatIsLeftOutAsDesigned) {
   const auto file = ScratchFolder() / "calibration.json";
   WriteTextAtomically(file, R"({"format_version": 1, "display": "one", "layers": [
@@ -124,7 +146,7 @@ TEST(CalibrationRecord, TakesWhatIsLeftOutAsDesigned) {
 TEST(CalibrationRecord, RefusesWithOneLine) {
   const auto file = ScratchFolder() / "calibration.json";
   const auto refusal = [&](const std::string& from, const std::string& to) {
-    std::string text = CalibrationText(Everything(), {Measured(), Light()});
+    std::string text = CalibrationText(Everything(), {Measured(), Light(), Crosstalk()});
     const std::size_t at = text.find(from);
     if (at == std::string::npos) return "no " + from;
     WriteTextAtomically(file, text.replace(at, from.size(), to));
@@ -145,6 +167,14 @@ TEST(CalibrationRecord, RefusesWithOneLine) {
   EXPECT_THAT(refusal("\"chi2\"", "\"chi\""), HasSubstr("measured: there is no key \"chi\""));
   EXPECT_THAT(refusal("\"rms_sd_px\": ", "\"rms_sd_px\": -"), HasSubstr("0 or more"));
   EXPECT_THAT(refusal("\"freed\": true", "\"freed\": 1"), HasSubstr("true or false"));
+  EXPECT_THAT(refusal("\"views\": 3", "\"views\": 4"),
+              HasSubstr("measured_crosstalk[0]: \"without_pupil\" is not 16 finite numbers"));
+  EXPECT_THAT(refusal("0.875", "[0.875, 0]"), HasSubstr("\"with_pupil\" is not 9 finite"));
+  EXPECT_THAT(refusal("0.875", "\"x\""), HasSubstr("\"with_pupil\" is not 9 finite"));
+  EXPECT_THAT(refusal("0.875", "0.87"), HasSubstr("rows of shares whose sum is 1"));
+  EXPECT_THAT(refusal("0.875", "-0.875"), HasSubstr("rows of shares whose sum is 1"));
+  EXPECT_THAT(refusal("\"pupil_px\": ", "\"pupil_px\": -"), HasSubstr("0 or more"));
+  EXPECT_THAT(refusal("\"pupil_px\"", "\"pupil\""), HasSubstr("did you mean \"pupil_px\""));
   EXPECT_THAT(refusal("{", "["), HasSubstr("is no JSON"));
 }
 

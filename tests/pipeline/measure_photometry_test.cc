@@ -242,7 +242,9 @@ void ExpectFound(const fs::path& folder, const Calibration& truth) {
     EXPECT_LT(std::abs(off), 2.5 * sd_of("layer " + std::to_string(l) + " fall-off"));
   }
   EXPECT_LT(sd_of("layer 0 emitter gamma"), 0.01);
-  SaveCalibration(folder / "measured.json", measured.calibration, {{}, measured.deviations});
+  SaveCalibration(folder / "measured.json", measured.calibration,
+                  {{}, measured.deviations, measured.crosstalk});
+  EXPECT_EQ(LoadCrosstalk(folder / "measured.json").size(), 1U);  // as many as have lines
   EXPECT_EQ(LoadLightDeviations(folder / "measured.json").size(), measured.deviations.size());
   EXPECT_EQ(LoadCalibration(folder / "measured.json").layers[1].emitter.photometry.curve,
             layers[1].emitter.photometry.curve);
