@@ -283,8 +283,8 @@ void TakeTogether(std::span<const Taken* const> together, const SynthPhotosOptio
     for (const Taken* taken : photos) seen.push_back(shows.at(taken->shot));
     const std::vector<Image<Rgb>> lights = PhotographShows(
         truth.calibration, seen, CameraOf(photos[0]->photo, options), options.samples, progress);
-    ParallelForEach(0, static_cast<std::int64_t>(photos.size()), [&](std::int64_t i) {
-      const Taken& taken = *photos[static_cast<std::size_t>(i)];
+    ParallelForEach(0, std::ssize(lights), [&, &of_camera = photos](std::int64_t i) {
+      const Taken& taken = *of_camera[static_cast<std::size_t>(i)];
       const Sensor sensor = SensorOf(options, exposure * taken.shot->exposure);
       const Image<Rgb>& light = lights[static_cast<std::size_t>(i)];
       WritePhotograph(taken.photo.image, Develop(light.span(), sensor, taken.seed), options);

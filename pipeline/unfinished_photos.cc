@@ -1,7 +1,5 @@
 #include "pipeline/unfinished_photos.h"
 
-#include <utility>
-
 #include <nlohmann/json.hpp>
 
 #include "lightfield/atomic_file.h"
@@ -10,8 +8,8 @@
 namespace lamella {
 namespace fs = std::filesystem;
 
-UnfinishedPhotos::UnfinishedPhotos(fs::path folder, std::string_view depend_on)
-    : record_(std::move(folder) / "unfinished.json") {
+UnfinishedPhotos::UnfinishedPhotos(const fs::path& folder, std::string_view depend_on)
+    : record_(folder / "unfinished.json") {
   const std::string text =
       nlohmann::ordered_json{{"format_version", 1}, {"photos_of", ContentHash(depend_on)}}.dump(1) +
       "\n";

@@ -12,7 +12,7 @@ namespace lamella {
 class UnfinishedPhotos {
  public:
   // `folder` exists.
-  UnfinishedPhotos(std::filesystem::path folder, std::string_view depend_on);
+  UnfinishedPhotos(const std::filesystem::path& folder, std::string_view depend_on);
   // Such a photograph is in the folder already, whole.
   bool Has(const std::filesystem::path& photograph) const;
   void Finish() const;
