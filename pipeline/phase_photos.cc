@@ -1,7 +1,11 @@
 #include "pipeline/phase_photos.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <iterator>
 #include <utility>
+
+#include "lightfield/parallel.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -51,10 +55,12 @@ std::optional<PhasePhotoSet> ReadPhasePhotos(
   const auto photos = PhasePhotosOf(checked, view, panel, all);
   if (!photos) return std::nullopt;
   PhasePhotoSet set;
-  for (const CheckedPhoto* photo : *photos) {
-    set.names.push_back(photo->photo);
-    set.images.push_back(read(folder / photo->photo));
-  }
+  for (const CheckedPhoto* photo : *photos) set.names.push_back(photo->photo);
+  set.images.resize(set.names.size());
+  ParallelForEach(0, std::ssize(set.names), [&](std::int64_t i) {
+    const auto index = static_cast<std::size_t>(i);
+    set.images[index] = read(folder / set.names[index]);
+  });
   auto image = set.images.begin();
   for (const PhaseSeries& series : all) {
     PhasePhotos group{series, {}};

@@ -18,7 +18,8 @@ struct PhasePhotoSet {
   PhaseCapture capture;              // of `images`
 };
 
-// Nothing where a photograph is absent or not good. `read` makes light of one channel of a file.
+// Nothing where a photograph is absent or not good. `read` makes light of one channel of a file,
+// from many threads.
 std::optional<PhasePhotoSet> ReadPhasePhotos(
     const CheckedPhotos& checked, const std::filesystem::path& folder, int view,
     const CalibratedPanel& panel,
