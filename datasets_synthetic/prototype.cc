@@ -312,8 +312,12 @@ class Exposing {
         points_(samples),
         width_(camera.camera.width),
         height_(camera.camera.height) {
-    smooth_ = camera.aperture_mm == 0;
-    for (const TracedLayer& layer : layers_) smooth_ = smooth_ && !layer.calibration->lattice;
+    for (std::size_t show = 0; show < shows.size(); ++show) {
+      const bool smooth = std::none_of(layers_.begin(), layers_.end(), [&](const auto& layer) {
+        return layer.shown[show] && layer.calibration->lattice;
+      });
+      (smooth && camera.aperture_mm == 0 ? smooth_ : traced_).push_back(show);
+    }
   }
 
   // kBlock rows from `top`, or as many as there are.
@@ -322,10 +326,9 @@ class Exposing {
     for (int left = 0; left < width_; left += kBlock) {
       block.all = {left, top, std::min(kBlock, width_ - left), std::min(kBlock, height_ - top)};
       block.sums.assign(shows_.size() * kBlock * kBlock, {});
-      if (smooth_) {
-        for (const TracedLayer& layer : layers_) AddBetween(layer, block.all, block);
-      } else {
-        AddTraced(layers_, block.all, block);
+      if (!traced_.empty()) AddTraced(layers_, traced_, block.all, block);
+      for (const TracedLayer& layer : layers_) {
+        if (!smooth_.empty() && !layer.calibration->lattice) AddBetween(layer, block.all, block);
       }
       for (std::size_t show = 0; show < shows_.size(); ++show) {
         if (shows_[show].sheet) AddSheet(show, block);
@@ -371,15 +374,14 @@ class Exposing {
     });
   }
 
-  // Every sample's line of sight is traced.
-  void AddTraced(std::span<const TracedLayer> layers, const Rect& rect, Block& block) const {
+  // Every sample's line of sight is traced, for some of the shows.
+  void AddTraced(std::span<const TracedLayer> layers, const std::vector<std::size_t>& shows,
+                 const Rect& rect, Block& block) const {
     ForEachLine(rect, [&](int x, int y, const Line& line) {
       for (const TracedLayer& layer : layers) {
         const std::optional<SightHit> hit = layer.sights.Seen(line.origin, line.direction);
         if (!hit) continue;
-        for (std::size_t show = 0; show < shows_.size(); ++show) {
-          layer.AddLight(*hit, show, block.At(show, x, y));
-        }
+        for (const std::size_t show : shows) layer.AddLight(*hit, show, block.At(show, x, y));
       }
     });
   }
@@ -419,15 +421,16 @@ class Exposing {
     return even;
   }
 
-  // The same from corners, of ever smaller rectangles until lines turn evenly in them.
+  // Of the smooth shows the same from corners, of ever smaller rectangles until lines turn evenly
+  // in them.
   void AddBetween(const TracedLayer& layer, const Rect& rect, Block& block) const {
     if (const std::optional<EvenHits> even = Even(layer, rect)) {
-      for (std::size_t show = 0; show < shows_.size(); ++show) {
+      for (const std::size_t show : smooth_) {
         if (layer.shown[show]) AddEven(layer, *even, rect, show, block);
       }
       return;
     }
-    if (rect.width == 1 && rect.height == 1) return AddTraced({&layer, 1}, rect, block);
+    if (rect.width == 1 && rect.height == 1) return AddTraced({&layer, 1}, smooth_, rect, block);
     const int left = (rect.width + 1) / 2, top = (rect.height + 1) / 2;
     for (const int x : {0, left}) {
       for (const int y : {0, top}) {
@@ -467,7 +470,8 @@ class Exposing {
   Rigid display_from_camera_;
   PixelPoints points_;
   int width_, height_;
-  bool smooth_ = false;  // a pinhole's lines of sight through no lens sheet
+  // Shows of which a pinhole's lines of sight go through no lens sheet, and the others.
+  std::vector<std::size_t> smooth_, traced_;
 };
 
 // One direction of a Gaussian; at the borders the picture goes on as it ends.

@@ -47,8 +47,8 @@ struct Show {
 
 struct Prototype {
   Calibration calibration;
-  std::vector<ShownLayer> shown;  // one per layer
-  std::optional<PrintedSheet> sheet = {};
+  std::vector<ShownLayer> shown;           // one per layer
+  std::optional<PrintedSheet> sheet = {};  // as of a show
 };
 
 // Panel images from 8-bit codes through the panel's photometry: curve, black level, primaries,
@@ -79,8 +79,8 @@ struct PrototypeCamera {
 Image<Rgb> PhotographPrototype(const Prototype& prototype, const PrototypeCamera& camera,
                                int samples, Progress& progress);
 
-// Of several shows, a photograph each: every line of sight is traced once for all of them.
-// `progress` advances by one per row of each.
+// Of several shows, a photograph each, the same as one at a time: every line of sight is traced
+// once for all of them. `progress` advances by one per row of each. Errors are as above.
 std::vector<Image<Rgb>> PhotographShows(const Calibration& calibration, std::span<const Show> shows,
                                         const PrototypeCamera& camera, int samples,
                                         Progress& progress);

@@ -12,7 +12,9 @@ namespace lamella {
 namespace {
 
 // An outer loop was called off by another iteration's exception, which is the one that is rethrown.
-struct CalledOff : std::exception {};
+struct CalledOff : std::exception {
+  const char* what() const noexcept override { return "a loop was called off"; }
+};
 
 }  // namespace
 

@@ -9,7 +9,7 @@
 namespace lamella {
 
 // Calls body(first, last) on disjoint ranges that cover [begin, end), each at most `grain` long.
-// An exception of a body stops the loop, and loops within it, and is rethrown.
+// An exception of a body is rethrown. It stops the loop; loops within it throw, which is dropped.
 void ParallelFor(std::int64_t begin, std::int64_t end, std::int64_t grain,
                  const std::function<void(std::int64_t first, std::int64_t last)>& body);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -148,8 +149,7 @@ RowOf LightThrough(const Image<Rgb8>& emitter, const Image<Rgb8>& modulator) {
   };
 }
 
-// `weight` times the sum of all. A view is empty where the loop that was to fill it has been called
-// off, as the page is that it would be for.
+// `weight` times the sum of all.
 PanelView SumOf(const std::vector<PanelView>& views, const Sizes& sizes, float weight) {
   PanelView sum{Image<Rgb>(sizes.whole_width, sizes.whole_height),
                 Image<Rgb>(sizes.part.width, sizes.part.height)};

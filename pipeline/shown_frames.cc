@@ -147,12 +147,15 @@ std::vector<Shot> ReadShots(const fs::path& file) {
   return shots;
 }
 
-std::set<fs::path> FilesOf(const Shot& shot) {
+std::set<fs::path> FilesOf(const Shot& shot, const Calibration& calibration) {
   std::set<fs::path> files;
   if (!shot.printed.empty()) files.insert(shot.printed);
-  for (const Shot::LayerFiles& layer : shot.layers) {
-    for (const auto* sources : {&layer.emitter, &layer.modulator})
-      files.insert(sources->begin(), sources->end());
+  for (std::size_t l = 0; l < std::min(shot.layers.size(), calibration.layers.size()); ++l) {
+    const Shot::LayerFiles& layer = shot.layers[l];
+    files.insert(layer.emitter.begin(), layer.emitter.end());
+    if (calibration.layers[l].modulator) {
+      files.insert(layer.modulator.begin(), layer.modulator.end());
+    }
   }
   files.erase(kWhite);
   files.erase(kBlack);

@@ -14,7 +14,7 @@
 
 namespace lamella {
 
-// A picture of every layer while the shutter is open; loaded one at a time, since they are large.
+// A picture of every layer while the shutter is open; loaded some at a time, since they are large.
 struct Shot {
   struct LayerFiles {
     // Time slots, as many of both: a file, "white" or "black".
@@ -37,8 +37,8 @@ ToneCurve CurveOfFrames(const std::filesystem::path& folder);
 // docs/formats.md, "shots"; files are relative to it.
 std::vector<Shot> ReadShots(const std::filesystem::path& file);
 
-// The images that a shot shows, each once.
-std::set<std::filesystem::path> FilesOf(const Shot& shot);
+// The images that a shot shows on the calibration's panels, each once.
+std::set<std::filesystem::path> FilesOf(const Shot& shot, const Calibration& calibration);
 
 // InputError where a shot has not the calibration's layers or an image not its panel's size.
 // `slot_crosstalk` is a display's.

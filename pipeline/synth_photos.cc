@@ -244,21 +244,32 @@ void WriteTruth(const fs::path& out, const std::vector<Taken>& all, const Calibr
   WriteTextAtomically(out / "photos.json", record.dump(1) + "\n");
 }
 
+// That no other shot has: with crosstalk between slots every slot's are its own.
+double NumImages(const Shot& shot, const Truth& truth) {
+  if (truth.slot_crosstalk == 0)
+    return static_cast<double>(FilesOf(shot, truth.calibration).size());
+  double slots = 0;
+  for (const Shot::LayerFiles& layer : shot.layers) {
+    slots += static_cast<double>(layer.emitter.size() + layer.modulator.size());
+  }
+  return slots;
+}
+
 // How many shots are photographed together, for lines of sight to be traced once: by the memory of
-// their photographs and of a panel's images each.
+// their photographs and of the images that each has for itself.
 std::size_t ShotsAtOnce(const std::vector<const Taken*>& left, const Truth& truth, bool blurs) {
   constexpr double kBytes = 512.0 * 1024 * 1024;
-  double photo_px = 0, panel_px = 0;
+  double photo_px = 0, panel_px = 0, images = 1;
   for (const Taken* taken : left) {
     const Camera& camera = taken->photo.camera;
     photo_px = std::max(photo_px, static_cast<double>(camera.width) * camera.height);
+    images = std::max(images, NumImages(*taken->shot, truth));
   }
   for (const LayerCalibration& layer : truth.calibration.layers) {
     panel_px =
         std::max(panel_px, static_cast<double>(layer.emitter.width_px) * layer.emitter.height_px);
   }
-  const double bytes =
-      sizeof(Rgb) * (photo_px * (blurs ? 4 : 1) + panel_px) + sizeof(float) * panel_px;
+  const double bytes = sizeof(Rgb) * (photo_px * (blurs ? 4 : 1) + images * panel_px);
   return static_cast<std::size_t>(std::clamp(kBytes / bytes, 1.0, 16.0));
 }
 
@@ -320,7 +331,7 @@ std::string DependOn(const SynthPhotosOptions& options, const Truth& truth, doub
   std::set<fs::path> files;
   if (!options.cameras.empty()) files.insert(options.cameras);
   if (!options.shots.empty()) files.insert(options.shots);
-  for (const Shot& shot : shots) files.merge(FilesOf(shot));
+  for (const Shot& shot : shots) files.merge(FilesOf(shot, truth.calibration));
   for (const fs::path& file : files) {
     text += fmt::format("\n{} {}", file.string(), ContentHashOfFile(file));
   }
@@ -415,8 +426,10 @@ int SynthPhotos(const SynthPhotosOptions& options, const fs::path& out, Progress
   }
   const double exposure = ExposureOf(options, shots, truth.calibration);
   CreateFolder(out / "images");
-  const UnfinishedPhotos unfinished(out, DependOn(options, truth, exposure, shots));
   const std::vector<Taken> all = ToTake(options, shots, cameras, out);
+  std::vector<fs::path> photographs;
+  for (const Taken& taken : all) photographs.push_back(taken.photo.image);
+  const UnfinishedPhotos unfinished(out, DependOn(options, truth, exposure, shots), photographs);
   std::vector<const Taken*> left;
   for (const Taken& taken : all) {
     if (!unfinished.Has(taken.photo.image)) left.push_back(&taken);

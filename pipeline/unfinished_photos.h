@@ -2,8 +2,8 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 #include <string_view>
+#include <vector>
 
 namespace lamella {
 
@@ -11,8 +11,11 @@ namespace lamella {
 // a hash of all that they depend on, until they are finished.
 class UnfinishedPhotos {
  public:
-  // `folder` exists.
-  UnfinishedPhotos(const std::filesystem::path& folder, std::string_view depend_on);
+  // `folder` exists. Where it is not of a run for the same that was stopped, those of `photographs`
+  // that are there are of something else: they and photos.json are removed. MachineError where that
+  // is not possible.
+  UnfinishedPhotos(const std::filesystem::path& folder, std::string_view depend_on,
+                   const std::vector<std::filesystem::path>& photographs);
   // Such a photograph is in the folder already, whole.
   bool Has(const std::filesystem::path& photograph) const;
   void Finish() const;

@@ -459,6 +459,59 @@ TEST(Prototype, StandsExtremes) {
   EXPECT_EQ(photo(42, 30).g, 0);
 }
 
+// A barrier's layer behind one with lenses: shows of the one alone, of both and of neither, with
+// slots and a sheet of paper, photographed together and one by one.
+TEST(Prototype, PhotographsShowsTogetherAsOneByOne) {
+  const Light light = [](int u, int v) {
+    return Rgb{u % 3 == 0 ? 1.0F : 0.1F, v % 4 == 0 ? 0.7F : 0, static_cast<float>(u + v) / 70};
+  };
+  Prototype prototype = Bare(light);
+  LayerCalibration lenses = prototype.calibration.layers[0];
+  lenses.gap_mm = 3;
+  lenses.lattice = LensLattice{};
+  lenses.lattice->type = LensLattice::Type::kSquare;
+  lenses.lattice->pitch_mm = 2.6;
+  lenses.lattice->focal_mm = 3;
+  LayerCalibration barrier = prototype.calibration.layers[0];
+  barrier.modulator = barrier.emitter;
+  barrier.gap_mm = 4;
+  barrier.display_from_stack.translation = {0.3, -0.2, -10};
+  prototype.calibration.layers = {barrier, lenses};
+  const ShownLayer dark_barrier{{Emitting(barrier.emitter, [](int, int) { return Rgb(); })},
+                                {Passing(barrier.emitter, [](int, int) { return 1.0F; })}};
+  const ShownLayer lit_barrier{
+      {Emitting(barrier.emitter, light), Emitting(barrier.emitter, White)},
+      {Passing(barrier.emitter, [](int u, int) { return u % 6 < 2 ? 1.0F : 0; }),
+       Passing(barrier.emitter, [](int u, int) { return u % 6 < 2 ? 0 : 1.0F; })}};
+  const ShownLayer dark{{dark_barrier.emitter}, {}}, lit{{Emitting(lenses.emitter, light)}, {}};
+  auto paper = std::make_shared<Image<Rgb>>(4, 4);
+  (*paper)(1, 2) = {0.5F, 1, 0.2F};
+  PrintedSheet sheet{{}, 0.7, paper};
+  sheet.display_from_sheet.translation = {5, 2, 3};
+  const std::vector<Show> shows = {{{dark_barrier, dark}},
+                                   {{lit_barrier, dark}},
+                                   {{dark_barrier, lit}, sheet},
+                                   {{lit_barrier, lit}},
+                                   {{lit_barrier, dark}, sheet}};
+  PrototypeCamera camera = Straight();
+  camera.camera_from_display.translation = {2, 1, 100};
+  for (const double blur_px : {0.0, 0.8}) {
+    camera.blur_px = blur_px;
+    const std::vector<Image<Rgb>> together =
+        PhotographShows(prototype.calibration, shows, camera, 16, SilentProgress());
+    ASSERT_EQ(together.size(), shows.size());
+    for (std::size_t i = 0; i < shows.size(); ++i) {
+      prototype.shown = shows[i].layers;
+      prototype.sheet = shows[i].sheet;
+      const Image<Rgb> alone = Photo(prototype, camera);
+      EXPECT_TRUE(std::equal(alone.data(), alone.data() + alone.size(), together[i].data())) << i;
+      const bool any = std::any_of(alone.data(), alone.data() + alone.size(),
+                                   [](const Rgb& pixel) { return !(pixel == Rgb()); });
+      EXPECT_EQ(any, i > 0) << i;
+    }
+  }
+}
+
 TEST(Prototype, RefusesWithOneLine) {
   const auto refusal = [](const Prototype& prototype, const PrototypeCamera& camera) {
     try {

@@ -148,7 +148,7 @@ TEST(SynthPhotos, GoesOnWhereItWasStopped) {
   options.full_well_e = 5000;
   SynthPhotos(options, whole, SilentProgress());
   EXPECT_FALSE(fs::exists(whole / "unfinished.json"));
-  Stopping stopping(2 * 24 + 4);  // in the third of four photographs
+  Stopping stopping(2 * 24 + 4);  // in the second eye's two photographs
   EXPECT_THROW(SynthPhotos(options, out, stopping), std::runtime_error);
   EXPECT_FALSE(fs::exists(out / "photos.json"));
   const fs::path first = out / "images/eye_001_white.png";
@@ -177,6 +177,24 @@ TEST(SynthPhotos, KeepsNoPhotographsOfSomethingElse) {
   SynthPhotos(options, out, going_on);
   EXPECT_EQ(going_on.notes, "");
   EXPECT_NEAR(ReadImage(out / "images/eye_001_mark.png")(29, 19).r, 0.4, 0.01);
+}
+
+// A folder of photographs of A, a run for B that is stopped, and B again: none of A's are left.
+TEST(SynthPhotos, KeepsNoPhotographsOfAnEarlierRun) {
+  const fs::path folder = Folder(), out = folder / "out", whole = folder / "whole";
+  SynthPhotosOptions options = OptionsOf(folder);
+  options.eyes = "0,0,300;20,0,300";
+  SynthPhotos(options, out, SilentProgress());
+  options.samples = 4;
+  Stopping stopping(2 * 24 + 4);
+  EXPECT_THROW(SynthPhotos(options, out, stopping), std::runtime_error);
+  EXPECT_FALSE(fs::exists(out / "photos.json"));
+  EXPECT_FALSE(fs::exists(out / "images/eye_002_mark.png"));
+  SynthPhotos(options, out, SilentProgress());
+  SynthPhotos(options, whole, SilentProgress());
+  for (const auto& file : fs::directory_iterator(whole / "images")) {
+    EXPECT_EQ(ReadText(out / "images" / file.path().filename()), ReadText(file.path()));
+  }
 }
 
 TEST(SynthPhotos, RefusesWithOneLine) {
