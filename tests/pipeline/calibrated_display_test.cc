@@ -256,27 +256,22 @@ TEST(CalibratedDisplay, ShowsTheSceneFromNewPositionsThoughItsPanelsStandAskew) 
   ExpectMuchSmaller(ErrorsOf(display, real, real));
 }
 
-// The calibration that photographs of boards on the panels give.
+// The calibration that photographs of boards on the panels give, from 12 positions.
 Calibration FromPhotographs(const Display& display, const Calibration& real) {
   const std::filesystem::path folder = ScratchFolder();
   const Calibration design = DesignCalibration(display);
-  ShotList list = PlanShots(design, CalibrationMode::kQuick);
-  // White and leaking panels are for photometry.
-  std::erase_if(list.shots, [](const PatternShot& shot) {
-    return shot.kind == PatternShot::Kind::kWhite || shot.kind == PatternShot::Kind::kLeak;
-  });
-  WritePatterns(folder / "patterns", list, SilentProgress());
+  WritePatterns(folder / "patterns", PlanShots(design, CalibrationMode::kQuick), SilentProgress());
   WriteTextAtomically(folder / "patterns" / kPatternsDisplay, ToToml(display));
   SaveCalibration(folder / "truth.json", real);
   SynthPhotosOptions photos;
   photos.misalignment = (folder / "truth.json").string();
   photos.shots = (folder / "patterns/shots.json").string();
-  photos.views = Size(8, 12);
+  photos.views = 12;
   photos.distance_mm = 1.75 * display.width_mm();
-  photos.width_px = Size(800, 2736);
+  photos.width_px = Size(960, 2736);
   photos.k1 = -0.08;
   photos.blur_px = 1;
-  photos.samples = Size(4, 64);
+  photos.samples = Size(8, 64);
   photos.full_well_e = 3500;
   photos.read_noise_e = 2;
   SynthPhotos(photos, folder / "taken", SilentProgress());
