@@ -332,7 +332,7 @@ class Exposing {
       }
       for (std::size_t show = 0; show < shows_.size(); ++show) {
         if (shows_[show].sheet) AddSheet(show, block);
-        Develop(block, show, photographs[show]);
+        Finish(block, show, photographs[show]);
       }
     }
   }
@@ -347,7 +347,8 @@ class Exposing {
     }
   };
 
-  void Develop(Block& block, std::size_t show, Image<Rgb>& photograph) const {
+  // From sums over samples to means.
+  void Finish(Block& block, std::size_t show, Image<Rgb>& photograph) const {
     for (int y = block.all.y; y < block.all.y + block.all.height; ++y) {
       for (int x = block.all.x; x < block.all.x + block.all.width; ++x) {
         const Sum& sum = block.At(show, x, y);

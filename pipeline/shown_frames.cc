@@ -162,11 +162,6 @@ std::set<fs::path> FilesOf(const Shot& shot, const Calibration& calibration) {
   return files;
 }
 
-std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration,
-                                 double slot_crosstalk) {
-  return ShotLoader(calibration, slot_crosstalk).Load(shot);
-}
-
 ShotLoader::ShotLoader(const Calibration& calibration, double slot_crosstalk)
     : calibration_(calibration), slot_crosstalk_(slot_crosstalk) {}
 

@@ -40,16 +40,13 @@ std::vector<Shot> ReadShots(const std::filesystem::path& file);
 // The images that a shot shows on the calibration's panels, each once.
 std::set<std::filesystem::path> FilesOf(const Shot& shot, const Calibration& calibration);
 
-// InputError where a shot has not the calibration's layers or an image not its panel's size.
-// `slot_crosstalk` is a display's.
-std::vector<ShownLayer> LoadShot(const Shot& shot, const Calibration& calibration,
-                                 double slot_crosstalk = 0);
-
-// The same of one shot after the other: panels that show what they show in a shot that is still in
-// memory share its images.
+// Loads one shot after the other: panels that show what they show in a shot that is still in memory
+// share its images.
 class ShotLoader {
  public:
-  ShotLoader(const Calibration& calibration, double slot_crosstalk);  // refers to it
+  // Refers to the calibration; `slot_crosstalk` is a display's.
+  explicit ShotLoader(const Calibration& calibration, double slot_crosstalk = 0);
+  // InputError where the shot has not the calibration's layers or an image not its panel's size.
   std::vector<ShownLayer> Load(const Shot& shot);
 
  private:

@@ -145,7 +145,7 @@ double ExposureOf(const SynthPhotosOptions& options, const std::vector<Shot>& sh
                   const Calibration& calibration) {
   if (options.exposure) return *options.exposure;
   double white = 0;
-  ShotLoader loader(calibration, 0);
+  ShotLoader loader(calibration);
   std::vector<ShownLayer> shown;
   for (const Shot& shot : shots) {
     shown = loader.Load(shot);

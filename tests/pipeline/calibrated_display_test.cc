@@ -68,11 +68,13 @@ Calibration Misaligned(const Display& display, std::uint32_t seed, double size_m
   std::uniform_real_distribution<double> number(-1, 1);
   for (LayerCalibration& layer : calibration.layers) {
     const auto degrees = [&](double most) { return most * M_PI / 180 * number(random); };
-    const Vector3d turn(degrees(size_deg / 2), degrees(size_deg / 2), degrees(size_deg));
+    // One number after the other: of arguments, compilers choose the order.
+    Vector3d turn, shift;
+    for (const int axis : {2, 1, 0}) turn(axis) = degrees(axis == 2 ? size_deg : size_deg / 2);
+    for (const int axis : {2, 1, 0}) shift(axis) = (axis == 2 ? 0.4 : 1) * number(random);
     layer.display_from_stack.rotation =
         Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
-    layer.display_from_stack.translation +=
-        size_mm * Vector3d(number(random), number(random), 0.4 * number(random));
+    layer.display_from_stack.translation += size_mm * shift;
     layer.index = 1.49;
     layer.gap_mm = 6.5 + 3.5 * number(random);
     layer.offset_mm = {3 * number(random), 3 * number(random)};

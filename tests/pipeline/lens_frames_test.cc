@@ -196,7 +196,7 @@ TEST(LensFrames, AreShownByTheVirtualPrototype) {
     const Workspace workspace = WithLayers(display);
     MakeFrames(workspace);
     const std::vector<ShownLayer> shown =
-        LoadShot(ShotOfFrames(workspace.Stage("frames")), DesignCalibration(display));
+        ShotLoader(DesignCalibration(display)).Load(ShotOfFrames(workspace.Stage("frames")));
     ASSERT_EQ(shown.size(), display.layers.size());
     EXPECT_EQ(shown[0].emitter.size(), 1U);
     EXPECT_TRUE(shown[0].modulator.empty());

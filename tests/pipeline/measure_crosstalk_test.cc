@@ -146,7 +146,7 @@ MatrixXd TrueCrosstalk(const fs::path& folder, const Calibration& truth) {
     const auto at = shot.name.find(lines);
     if (at == std::string::npos) continue;
     const int k = std::stoi(shot.name.substr(at + lines.size()));
-    const Prototype prototype{truth, LoadShot(shot, truth)};
+    const Prototype prototype{truth, ShotLoader(truth).Load(shot)};
     for (int j = 0; j < K; ++j) {
       const Vector3d eye = EyeBefore(layer, kColumn + kOpeningPx + 0.5, kColumn + j + 0.5);
       views(j, k) = LightThrough(prototype, layer, eye, kColumn + kOpeningPx);
