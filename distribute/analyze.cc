@@ -169,7 +169,7 @@ void AddMtf(const Display& display, Analysis& analysis) {
     AxisBeam lens;
     lens.aperture_mm = pitch;
     lens.emitter_width_mm = DirectionStepMm(display, layer);
-    lens.d0_mm = layer.seen_d0_mm();
+    lens.d0_mm = ReachMm(display, layer);
     lens.power_per_mm = 1 / lens.d0_mm;
     paper.push_back(lens);
   }
@@ -183,7 +183,7 @@ void AddMtf(const Display& display, Analysis& analysis) {
 AxisBeam MiddleBeam(const Display& display, const Layer& layer) {
   AxisBeam beam;
   beam.d0_mm = layer.seen_d0_mm();
-  beam.aperture_mm = LatticePitchMm(display, layer);  // lenses fill their lattice
+  beam.aperture_mm = LatticePitchMm(display, layer);  // lenses and bare pixels fill their lattice
   beam.emitter_width_mm = display.emitter_pitch_mm(layer);
   if (const auto* barrier = std::get_if<Barrier>(&layer.optics)) {
     beam.aperture_mm = barrier->aperture_px * display.emitter_pitch_mm(layer);
@@ -192,11 +192,17 @@ AxisBeam MiddleBeam(const Display& display, const Layer& layer) {
   } else if (const auto* lenticular = std::get_if<Lenticular>(&layer.optics)) {
     beam.emitter_width_mm /= 3;
     beam.power_per_mm = LensPowerPerMm(layer, lenticular->focal_mm);
+  } else if (const auto* bare = std::get_if<BarePanel>(&layer.optics)) {
+    beam.d0_mm = -ReachMm(display, layer);  // its eye box is in front
+    beam.emitter_width_mm = bare->eye_box_mm;
   }
   return beam;
 }
 
 EyeRectangle CleanEyeBoxOf(const Display& display, const Layer& layer) {
+  if (const auto* bare = std::get_if<BarePanel>(&layer.optics)) {
+    return {bare->eye_box_mm / 2, bare->eye_box_mm / 2};
+  }
   const double pitch = display.emitter_pitch_mm(layer);
   EyeRectangle box;
   if (const auto* lenses = std::get_if<Lenticular>(&layer.optics)) {

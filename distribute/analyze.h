@@ -23,7 +23,8 @@ struct EyeRectangle {
 // Without shear all fans are parallel, and half of the panel's width goes off instead of p/2.
 // Lenses show what is under themselves only, so for them |e| + half of the panel is bounded by the
 // lens's width, too (lenticular lenses along x: and by how far the slant shifts them over the
-// panel's height). 0 where there is no such place.
+// panel's height). 0 where there is no such place. A bare panel's is the eye box that it is made
+// for.
 EyeRectangle CleanEyeBoxOf(const Display& display, const Layer& layer);
 
 // The widths of a layer's beams along a row: of an element and an emitter in the middle.

@@ -109,6 +109,8 @@ LayerBeams EnclosingBeamsOf(const CalibratedMap& map, const Display& display, in
   }
   enclosing.columns[0] = std::move(rows.x);
   enclosing.rows = std::move(columns.y);
+  const Layer& of = display.layers[Index(layer)];
+  if (std::holds_alternative<BarePanel>(of.optics)) return enclosing;  // all have one eye box
   Widen(enclosing.columns[0]);
   Widen(enclosing.rows);
   return enclosing;

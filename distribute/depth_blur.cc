@@ -28,8 +28,8 @@ double StepMm(const std::vector<BeamOfLayer>& of_layers, double z) {
     const double width =
         std::max(beam.OpeningBlurMm(z - layer_mm) + beam.EmitterBlurMm(z - layer_mm),
                  0.1 * beam.aperture_mm);
-    const double change =
-        beam.aperture_mm * std::abs(beam.kappa_per_mm()) + beam.emitter_width_mm / beam.d0_mm;
+    const double change = beam.aperture_mm * std::abs(beam.kappa_per_mm()) +
+                          beam.emitter_width_mm / std::abs(beam.d0_mm);
     step = std::min(step, kWidening * width / change);
   }
   return step;

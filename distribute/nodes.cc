@@ -35,13 +35,13 @@ NodeAxis CoverRange(const AimRange& range, double step, bool even) {
   return {(first + offset) * step, step, static_cast<int>(last - first) + 1};
 }
 
-// Between neighbouring directions of the layer that tells them apart most finely, as an aim.
+// Of the layer that tells directions apart most finely.
 double StepOfAims(const Display& display) {
   double step = std::numeric_limits<double>::infinity();
   for (const Layer& layer : display.layers) {
-    step = std::min(step, DirectionStepMm(display, layer) / layer.seen_d0_mm());
+    step = std::min(step, AimStep(display, layer));
   }
-  return step * (display.shear ? display.viewing_distance_mm : 1.0);
+  return step;
 }
 
 void AddRanges(const AxisOverlaps& overlaps, std::vector<SampleRange>& ranges) {
@@ -120,7 +120,8 @@ NodeLattice NodesFor(const Display& display, const std::vector<LayerBeams>& beam
   nodes.aim = {display.shear, display.viewing_distance_mm};
   const double step = StepOfAims(display) / nodes_per_step;
   const Layer& first = display.layers[0];
-  const bool even = DirectionsPerAxis(first) % 2 == 0;
+  const auto* bare = std::get_if<BarePanel>(&first.optics);
+  const bool even = (bare != nullptr ? bare->views : DirectionsPerAxis(first)) % 2 == 0;
   nodes.x = CoverRange(AllAims(display, beams, false, nodes.aim, kernel), step, even);
   // A lenticular sheet has no fan along y.
   nodes.y = CoverRange(AllAims(display, beams, true, nodes.aim, kernel), step,

@@ -123,7 +123,7 @@ struct LayerPaths {
 
 LayerPaths PathsOfLayer(const Display& display, int layer, const Eye& eye, Through through) {
   const RayMap map(display, layer);
-  const Barrier& barrier = BarrierOf(display, static_cast<std::size_t>(layer));
+  const Barrier barrier = OpeningsOf(display.layers[static_cast<std::size_t>(layer)]);
   const double z = map.position_mm(), z_emitters = z - map.d0_mm();
   const double plane = eye.plane_mm, d = eye.position.z() - plane;
   const double pitch = display.emitter_pitch_mm(display.layers[static_cast<std::size_t>(layer)]);
@@ -263,15 +263,15 @@ std::vector<PanelLight> WithSlotCrosstalk(const PanelLight& light, int k, double
   return {own, before, after};
 }
 
-// With a black level b of the emitters and a leak c of the modulator (1/contrast), and E the
-// emitters' content on a line of sight, a slot shows
+// A barrier's layer or a bare panel. With a black level b of the emitters and a leak c of the
+// modulator (1/contrast), and E the emitters' content on a line of sight, a slot shows
 //   (c + (1 - c) T) (b + (1 - b) E),   T = 1 where the slot is open, 0 where it is closed.
 class BarrierSeen final : public LayerSeen {
  public:
   // `leak`: what Leaks has of the layer.
   BarrierSeen(const std::vector<EmitterImage>& slots, const EmitterImage& leak,
               const Display& display, int layer, const Eye& eye) {
-    const Barrier& barrier = BarrierOf(display, static_cast<std::size_t>(layer));
+    const Barrier barrier = OpeningsOf(display.layers[static_cast<std::size_t>(layer)]);
     const int k = barrier.slots;
     // 1 / (slots per layer * (a/P)^2): n cancels the superposition's 1/n.
     const double open = static_cast<double>(k) * barrier.aperture_px / barrier.period_px;
@@ -431,7 +431,8 @@ class ElementsSeen final : public LayerSeen {
 
 std::unique_ptr<LayerSeen> See(const std::vector<EmitterImage>& slots, const EmitterImage& leak,
                                const Display& display, int layer, const Eye& eye) {
-  if (std::holds_alternative<Barrier>(display.layers[static_cast<std::size_t>(layer)].optics)) {
+  const Optics& optics = display.layers[static_cast<std::size_t>(layer)].optics;
+  if (std::holds_alternative<Barrier>(optics) || std::holds_alternative<BarePanel>(optics)) {
     return std::make_unique<BarrierSeen>(slots, leak, display, layer, eye);
   }
   return std::make_unique<ElementsSeen>(slots[0], display, layer, eye);

@@ -20,12 +20,12 @@ int Widest(const std::vector<SampleRange>& ranges) {
 
 // Nodes that a beam reaches along an axis: it is as wide as its opening and its emitter.
 double NodesOfBeam(const Display& display, const Layer& layer, const NodeAxis& axis) {
-  const double step = DirectionStepMm(display, layer) / layer.seen_d0_mm() *
-                      (display.shear ? display.viewing_distance_mm : 1.0);
-  // Of the directions of an element, those that one emitter's beam covers.
-  const double directions =
-      static_cast<double>(DirectionsPerAxis(layer)) / std::max(1, SlotsPerAxis(layer)) + 1;
-  return std::min(static_cast<double>(axis.count), directions * step / axis.step + 2);
+  // Of the steps between an element's eyes, those that one emitter's beam covers.
+  const auto* bare = std::get_if<BarePanel>(&layer.optics);
+  const double of_element = bare != nullptr ? bare->views : DirectionsPerAxis(layer);
+  const double covered = of_element / std::max(1, SlotsPerAxis(layer)) + 1;
+  return std::min(static_cast<double>(axis.count),
+                  covered * AimStep(display, layer) / axis.step + 2);
 }
 
 // Of what light leaves by: an opening, a lens.
@@ -42,7 +42,7 @@ double SamplesOfBlur(const Display& display, const Layer& layer, const NodeLatti
   const double emitter = DirectionStepMm(display, layer);
   double taken = 0;
   for (const double z : nodes.planes_mm) {
-    const double gaps = std::abs(z - layer.position_mm) / layer.seen_d0_mm();
+    const double gaps = std::abs(z - layer.position_mm) / ReachMm(display, layer);
     const double width = element * (1 + gaps) + emitter * gaps;
     const double stretch =
         nodes.aim.points ? nodes.aim.distance_mm / (nodes.aim.distance_mm - z) : 1;

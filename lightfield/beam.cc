@@ -9,7 +9,7 @@ double AxisBeam::OpeningBlurMm(double offset_mm) const {
 }
 
 double AxisBeam::EmitterBlurMm(double offset_mm) const {
-  return emitter_width_mm * std::abs(offset_mm) / d0_mm;
+  return emitter_width_mm * std::abs(offset_mm / d0_mm);
 }
 
 }  // namespace lamella

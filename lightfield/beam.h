@@ -10,13 +10,16 @@ namespace lamella {
 // One axis of it: all rays from a point of the emitter, emitter_mm +- emitter_width/2 on the
 // emissive plane, through a point of the element, element_mm +- aperture/2 on the modulating plane.
 // Right emitters send their light to the left.
+//
+// Of a bare panel these are all rays from a pixel to its eye box: the pixel is the element, and the
+// box the "emitter", in front of it: d0_mm is negative.
 struct AxisBeam {
   int opening = 0;
   double element_mm = 0;        // centre of the opening, vertex of the lens
   double aperture_mm = 0;       // w_x, full width
   double emitter_mm = 0;        // centre of the emitter
   double emitter_width_mm = 0;  // w_u, full width
-  double d0_mm = 0;             // from the emissive to the modulating plane
+  double d0_mm = 0;             // from the emissive to the modulating plane, along z
   // 1/f of the element: 0 for a hole, 1/d0 for a lens that sends the light of a point out parallel.
   double power_per_mm = 0;
 
@@ -26,7 +29,7 @@ struct AxisBeam {
   // kappa = 1/d0 - 1/f: the slope gained per length across the element.
   double kappa_per_mm() const { return 1 / d0_mm - power_per_mm; }
   // Widths of the two boxes whose convolution is the beam's section there: that of the element,
-  // w_x |1 + kappa offset|, and that of the emitter, w_u |offset|/d0.
+  // w_x |1 + kappa offset|, and that of the emitter, w_u |offset/d0|.
   double OpeningBlurMm(double offset_mm) const;
   double EmitterBlurMm(double offset_mm) const;
 };

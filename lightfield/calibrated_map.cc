@@ -22,8 +22,12 @@ constexpr double kMostPitch = 0.2;  // by which a panel's pitch may differ, as a
 std::string DifferenceOf(const LayerCalibration& layer, const Display& display,
                          const Layer& design) {
   const bool barrier = std::holds_alternative<Barrier>(design.optics);
+  const bool bare = std::holds_alternative<BarePanel>(design.optics);
   if (barrier && !layer.modulator) return "has no modulator, the display has barriers";
-  if (!barrier && !layer.lattice) {
+  if (bare && (layer.modulator || layer.lattice || layer.gap_mm != 0)) {
+    return "has something before its emitters, the display a bare panel";
+  }
+  if (!barrier && !bare && !layer.lattice) {
     return fmt::format("has no lens lattice, the display has {}", NameOf(design.optics));
   }
   for (const PanelCalibration* panel :
@@ -89,7 +93,8 @@ CalibratedMap::CalibratedMap(const Display& display, const Calibration& calibrat
       rows_(display.emitter_rows()),
       binning_(display.binning_px),
       slots_(SlotsPerAxis(display.layers[static_cast<std::size_t>(layer_index)])),
-      towards_point_(display.shear) {
+      towards_point_(display.shear),
+      viewer_mm_(display.viewing_distance_mm) {
   const Rigid stack_from_display = Inverse(layer_.display_from_stack);
   target_ = towards_point_ ? stack_from_display * Vector3d(0, 0, display.viewing_distance_mm)
                            : stack_from_display.rotation * Vector3d::UnitZ();
@@ -242,21 +247,36 @@ CalibratedBeam CalibratedMap::BeamFrom(const Element& element, double depth_mm,
     const double focal = layer_.lattice->focal_mm;
     power = 1 / (focal > 0 ? focal : layer_.gap_mm / layer_.index);
   }
-  const PanelCalibration& panel = layer_.emitter;
-  const double pixel = binning_ * panel.pitch_mm * (1 + panel.scale);
-  const auto axis = [&](int i, int opening, double width) {
+  const Vector2d width = EmitterWidth();
+  const auto axis = [&](int i, int opening) {
     const double slope = direction(i) / direction.z();
-    return AxisBeam{opening, at(i), element.width(i), at(i) - d0 * slope, width, d0, power};
+    return AxisBeam{opening, at(i), element.width(i), at(i) - d0 * slope, width(i), d0, power};
   };
-  CalibratedBeam beam{{axis(0, element.column, pixel * (1 + panel.aspect)),
-                       axis(1, element.row, pixel * (1 - panel.aspect))},
-                      at.z()};
+  CalibratedBeam beam{{axis(0, element.column), axis(1, element.row)}, at.z()};
   if (std::holds_alternative<Lenticular>(optics_)) {
     beam.beam.x.emitter_width_mm /= 3;
     beam.beam.y.emitter_width_mm = 0;
     beam.beam.y.power_per_mm = 1 / d0;
   }
   return beam;
+}
+
+// `emitter` is in the stack.
+CalibratedBeam CalibratedMap::BareBeam(const BarePanel& bare, const Vector3d& emitter, int column,
+                                       int row) const {
+  Vector3d at = layer_.display_from_stack * emitter;
+  if (layer_.plate) at -= PlateShift(*layer_.plate, at - Vector3d(0, 0, viewer_mm_));
+  const Vector2d width = EmitterWidth();
+  const auto axis = [&](int i, int element) {
+    return AxisBeam{element, at(i), width(i), 0, bare.eye_box_mm, at.z() - viewer_mm_};
+  };
+  return {{axis(0, column), axis(1, row)}, at.z()};
+}
+
+Vector2d CalibratedMap::EmitterWidth() const {
+  const PanelCalibration& panel = layer_.emitter;
+  const double pixel = binning_ * panel.pitch_mm * (1 + panel.scale);
+  return pixel * Vector2d(1 + panel.aspect, 1 - panel.aspect);
 }
 
 std::optional<CalibratedBeam> CalibratedMap::BeamOf(int slot, int channel, int column,
@@ -269,6 +289,9 @@ std::optional<CalibratedBeam> CalibratedMap::BeamOf(int slot, int channel, int c
   }
   const Vector3d emitter =
       stack_from_emitter_ * PanelPoint(panel, PanelPixelOf(panel, place, row + 0.5));
+  if (const auto* bare = std::get_if<BarePanel>(&optics_)) {
+    return BareBeam(*bare, emitter, column, row);
+  }
   const std::optional<Vector3d> crossing = LeavesAt(emitter);
   if (!crossing) return std::nullopt;
   const std::optional<Element> element = ElementAt(*crossing, slot, column, row);

@@ -41,7 +41,7 @@ class CalibratedMap {
   // them. Of an emitter and the point (0, 0, D) (without shear: the display's normal) the line
   // through the gap is followed; its light is made for the opening, or the lens, that is nearest to
   // where it leaves. Nothing where that is not whole on the panel, for guard pixels, and where the
-  // light stays in the glass.
+  // light stays in the glass. A bare panel's go to the eye box.
   std::optional<CalibratedBeam> BeamOf(int slot, int channel, int column, int row) const;
 
  private:
@@ -65,12 +65,17 @@ class CalibratedMap {
                                          const Eigen::Vector3d& element) const;
   CalibratedBeam BeamFrom(const Element& element, double depth_mm,
                           const Eigen::Vector3d& direction) const;
+  CalibratedBeam BareBeam(const BarePanel& bare, const Eigen::Vector3d& emitter, int column,
+                          int row) const;
+  // Of an emitter along x and y.
+  Eigen::Vector2d EmitterWidth() const;
 
   Optics optics_;
   LayerCalibration layer_;
   Rigid stack_from_emitter_;
   int columns_ = 0, rows_ = 0, binning_ = 1, slots_ = 1;
   bool towards_point_ = true;
+  double viewer_mm_ = 0;    // D
   Eigen::Vector3d target_;  // in the stack: a point, or a direction
 };
 

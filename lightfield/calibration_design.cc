@@ -70,7 +70,7 @@ LayerCalibration LayerAsDesigned(const Display& display, const Layer& layer) {
   } else if (const auto* lenticular = std::get_if<Lenticular>(&layer.optics)) {
     design.lattice = LatticeOf(display, *lenticular);
     design.emitter.rgb_stripes = true;
-  } else {
+  } else if (std::holds_alternative<Barrier>(layer.optics)) {
     design.modulator = design.emitter;
     design.modulator->photometry.black = 1 / std::get<Barrier>(layer.optics).contrast;
   }

@@ -21,6 +21,7 @@ constexpr double kLargestRatio = 4096;  // of a lens to an emitter
 constexpr double kLargestMagnification = 1000;
 constexpr double kLargestSlant = 1000;
 constexpr double kMostLenses = 1e9;  // they are numbered by an int
+constexpr int kMostViews = 256;
 
 struct Checker {
   const std::string& where;
@@ -124,6 +125,13 @@ struct OpticsChecker {
     Focal(lenses.focal_mm);
   }
 
+  void operator()(const BarePanel& bare) const {
+    check.Length(bare.eye_box_mm, layer + ": eye_box_mm");
+    check.Require(bare.views >= 1 && bare.views <= kMostViews,
+                  fmt::format("{}: views = {} of the eye box", layer, bare.views),
+                  fmt::format("give 1 to {} eyes per axis", kMostViews));
+  }
+
  private:
   void Focal(double focal_mm) const {
     if (focal_mm != 0) check.Length(focal_mm, layer + ": focal_mm");
@@ -136,13 +144,17 @@ void CheckLayer(const Display& display, std::size_t index, const Checker& check)
   check.Require(std::isfinite(layer.position_mm) && std::abs(layer.position_mm) <= kLongestMm,
                 fmt::format("{}: position_mm = {}", name, layer.position_mm),
                 fmt::format("give millimetres from -{0} to {0}", kLongestMm));
-  check.Length(layer.d0_mm, name + ": the gap d0_mm");
+  const bool bare = std::holds_alternative<BarePanel>(layer.optics);
+  if (!bare) check.Length(layer.d0_mm, name + ": the gap d0_mm");
+  check.Require(!bare || layer.d0_mm == 0,
+                fmt::format("{}: d0_mm = {} of a bare panel", name, layer.d0_mm),
+                "leave it out: nothing stands before its emitters");
   check.Within(layer.magnification, 1 / kLargestMagnification, kLargestMagnification,
                name + ": the magnification");
   std::visit(OpticsChecker{display, name, check}, layer.optics);
   if (layer.plate) {
     const auto& [x, y, z] = layer.plate->normal;
-    check.Require(std::holds_alternative<Barrier>(layer.optics),
+    check.Require(bare || std::holds_alternative<Barrier>(layer.optics),
                   name + " has a plate before a lens sheet",
                   "leave it out: a plate is solved for before barriers only");
     check.Within(layer.plate->thickness_mm, 0, kLongestMm, name + ": the plate's thickness_mm");
@@ -152,7 +164,7 @@ void CheckLayer(const Display& display, std::size_t index, const Checker& check)
                   "give [right, up, to the viewer], at most 84 degrees off the viewer");
   }
   check.Require(
-      FieldOfViewDeg(display, layer) <= kWidestFanDeg,
+      bare || FieldOfViewDeg(display, layer) <= kWidestFanDeg,
       fmt::format("{}: the gap d0_mm = {} makes a fan of {:.2f} degrees", name, layer.d0_mm,
                   FieldOfViewDeg(display, layer)),
       fmt::format("give a larger d0_mm or fewer emitters per element (at most {:g} degrees)",
@@ -214,6 +226,7 @@ void Check(const Display& display, const std::string& where) {
 
 std::string NameOf(const Optics& optics) {
   if (std::holds_alternative<Barrier>(optics)) return "a barrier";
+  if (std::holds_alternative<BarePanel>(optics)) return "a bare panel";
   return std::holds_alternative<LensletArray>(optics) ? "lenslets" : "lenticular lenses";
 }
 
@@ -226,6 +239,11 @@ const Barrier& BarrierOf(const Display& display, std::size_t index) {
                      "ask for what its optics have");
   }
   return *barrier;
+}
+
+Barrier OpeningsOf(const Layer& layer) {
+  const Barrier* barrier = std::get_if<Barrier>(&layer.optics);
+  return barrier != nullptr ? *barrier : Barrier{1, 1, 1};
 }
 
 int SlotsPerAxis(const Layer& layer) {

@@ -1,5 +1,5 @@
 // A display: layers that stand at different depths, each an emissive panel behind a modulator
-// (Ranieri et al. 2012). All of its geometry that is not a misalignment.
+// (Ranieri et al. 2012), or a bare one. All of its geometry that is not a misalignment.
 //
 // Display frame: x right, y up, z towards the viewer, origin at the centre of the reference plane,
 // millimetres. A layer's position is that of its modulating plane; its emitter lies d0 behind.
@@ -60,7 +60,17 @@ struct Lenticular {
   friend bool operator==(const Lenticular&, const Lenticular&) = default;
 };
 
-using Optics = std::variant<Barrier, LensletArray, Lenticular>;
+// A panel with nothing before it, as in depth-fused displays (Suyama et al. 2004): every emitter
+// sends one light to all eyes. It shows the mean of what eyes in a box around (0, 0, D), eye_box_mm
+// wide and high, look at through the emitter: of all it could show that is nearest to what they
+// should see.
+struct BarePanel {
+  double eye_box_mm = 100;
+  int views = 8;  // eyes per axis of which the mean is taken
+  friend bool operator==(const BarePanel&, const BarePanel&) = default;
+};
+
+using Optics = std::variant<Barrier, LensletArray, Lenticular, BarePanel>;
 
 // A flat glass between a layer and the viewer, as a splitter is for the layer seen through it. It
 // displaces rays; a calibration takes it into account, layers made without one do not.
@@ -73,8 +83,9 @@ struct GlassPlate {
 };
 
 struct Layer {
-  double position_mm = 0;  // z of the modulating plane
-  double d0_mm = 5;        // emissive plane to modulating plane, air-equivalent (gap / index)
+  double position_mm = 0;  // z of the modulating plane, or of a bare panel
+  // Emissive plane to modulating plane, air-equivalent (gap / index); 0 of a bare panel.
+  double d0_mm = 5;
   Optics optics;
   bool mirror_x = false;  // seen by reflection: its finished frames are flipped in x
   // M of a relay through which the layer is seen: positions on the plane are M times as far from
@@ -153,42 +164,51 @@ Display ReadDisplay(const std::filesystem::path& path);
 Display ParseDisplay(const std::string& toml, const std::string& where);
 std::string ToToml(const Display& display);  // reads back to the same display
 
-// The optics in words: "a barrier", "lenslets", "lenticular lenses".
+// The optics in words: "a barrier", "lenslets", "lenticular lenses", "a bare panel".
 std::string NameOf(const Optics& optics);
 // UsageError where the layer has other optics.
 const Barrier& BarrierOf(const Display& display, std::size_t index);
+// What stands before the emitters of a barrier or of a bare panel: openings without end.
+Barrier OpeningsOf(const Layer& layer);
 // 1/f of a layer's lenses as seen by the viewer; a focal length of 0 is d0.
 double LensPowerPerMm(const Layer& layer, double focal_mm);
-int SlotsPerAxis(const Layer& layer);  // 1 where it has lenses
+int SlotsPerAxis(const Layer& layer);  // 1 where it has no barrier
 
 // The layers of such a display: `layer` at every plane (lightfield/varifocal.h), back to front.
 std::vector<Layer> PlanesOf(const Varifocal& varifocal, const Layer& layer);
 
 // What follows from the numbers (displays.md sections 1.4, 2 and 3; ranieri2012.md section 5), as
 // seen by the viewer.
+// How far from the modulating plane an element's directions are told apart: at the emissive plane
+// behind it, seen_d0_mm(), or in the eye box before a bare panel.
+double ReachMm(const Display& display, const Layer& layer);
 // 2 atan(w / (2 d0)) of the lit emitters of an element: a barrier's period, a lens's rays; of
-// lenticular lenses their width.
+// lenticular lenses their width. Of a bare panel: of its eye box.
 double FieldOfViewDeg(const Display& display, const Layer& layer);
-int DirectionsPerAxis(const Layer& layer);  // P, N, or the lenticular's views
-// Delta x: the stride q p of all slots, or the pitch of the lenses along a row.
+int DirectionsPerAxis(const Layer& layer);  // P, N, the lenticular's views; 1 of a bare panel
+// Delta x: the stride q p of all slots, or the pitch of the lenses along a row, or the emitters'.
 double LatticePitchMm(const Display& display, const Layer& layer);
-// Delta u: the emitter pitch; of lenticular lenses their width over their views.
+// Delta u: the emitter pitch; of lenticular lenses their width over their views; the eye box.
 double DirectionStepMm(const Display& display, const Layer& layer);
 double SharpRangeMm(const Display& display, const Layer& layer);  // z_max = d0 Delta x / Delta u
 // Where a layer's beam is narrowest, relative to the modulating plane (displays.md section 1.3):
 // -d0 k w_x^2 / (k^2 w_x^2 + w_u^2), k = 1 - d0/f. For a barrier (f infinite) that is between the
-// emitters (wide openings) and the modulator (narrow ones), for lenses with f = d0 it is 0.
+// emitters (wide openings) and the modulator (narrow ones), for lenses with f = d0 and (but for a
+// few micrometres) for bare panels it is 0.
 double SharpestOffsetMm(const Layer& layer);
 // Its mean over the layers: with borders moved by it a point goes to the layer that shows it
 // sharpest (docs/decisions/0006). What a display's file without border_offset_mm gets.
 double MeanSharpestOffsetMm(const std::vector<Layer>& layers);
 double CutoffPerMm(const Display& display, const Layer& layer, double offset_mm);  // Eq. 1
+// Steps between the eyes for which a layer is made, as aims: mm on the eye plane z = D, or slopes
+// where the field of view is not sheared. Of optics: between neighbouring directions.
+double AimStep(const Display& display, const Layer& layer);
 // Neighbouring directions of an element are seen this far apart at a distance from the modulator.
 double ViewSpacingMm(const Display& display, const Layer& layer, double distance_mm);
 // Period of the windows on the emissive plane whose fans all meet at the viewing distance.
 double WindowPitchMm(const Display& display, const Layer& layer);
 // Share of an emitter's light that an eye gets, mean over the slots: (a/P)^2 / layers of a barrier,
-// 1 / layers of lenses.
+// 1 / layers of lenses and bare panels.
 double Brightness(const Display& display, const Layer& layer);
 // Share of the emitters that are never lit; 0 without lenslets (1 - hex_fill).
 double GuardShare(const Layer& layer);

@@ -16,7 +16,7 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
-// Lengths along a row, in emitters.
+// Lengths along a row, in emitters; of a bare panel all but its eye box.
 struct Widths {
   double fan = 0;        // of the emitters that an element shows
   double lattice = 0;    // from element to element, of all slots
@@ -39,7 +39,8 @@ Widths WidthsOf(const Optics& optics) {
                  [](const Lenticular& l) {
                    const double width = l.subpixels_per_lens / 3;
                    return Widths{width, width, width, width / l.views, 1.0 / 3.0, l.focal_mm, true};
-                 }},
+                 },
+                 [](const BarePanel&) { return Widths{0, 1, 1, 0, 1, 0, false}; }},
       optics);
 }
 
@@ -55,16 +56,25 @@ double LensPowerPerMm(const Layer& layer, double focal_mm) {
   return 1 / (layer.magnification * layer.magnification * seen);
 }
 
+double ReachMm(const Display& display, const Layer& layer) {
+  return std::holds_alternative<BarePanel>(layer.optics) ? display.distance_mm(layer)
+                                                         : layer.seen_d0_mm();
+}
+
 double FieldOfViewDeg(const Display& display, const Layer& layer) {
-  const double window = WidthsOf(layer.optics).fan * display.emitter_pitch_mm(layer);
-  return 2 * std::atan(window / (2 * layer.seen_d0_mm())) * 180 / std::numbers::pi;
+  const BarePanel* bare = std::get_if<BarePanel>(&layer.optics);
+  const double window = bare != nullptr
+                            ? bare->eye_box_mm
+                            : WidthsOf(layer.optics).fan * display.emitter_pitch_mm(layer);
+  return 2 * std::atan(window / (2 * ReachMm(display, layer))) * 180 / std::numbers::pi;
 }
 
 int DirectionsPerAxis(const Layer& layer) {
-  return std::visit(Overloaded{[](const Barrier& b) { return b.period_px; },
-                               [](const LensletArray& l) { return l.rays; },
-                               [](const Lenticular& l) { return l.views; }},
-                    layer.optics);
+  return std::visit(
+      Overloaded{[](const Barrier& b) { return b.period_px; },
+                 [](const LensletArray& l) { return l.rays; },
+                 [](const Lenticular& l) { return l.views; }, [](const BarePanel&) { return 1; }},
+      layer.optics);
 }
 
 double LatticePitchMm(const Display& display, const Layer& layer) {
@@ -72,15 +82,26 @@ double LatticePitchMm(const Display& display, const Layer& layer) {
 }
 
 double DirectionStepMm(const Display& display, const Layer& layer) {
+  if (const auto* bare = std::get_if<BarePanel>(&layer.optics)) return bare->eye_box_mm;
   return WidthsOf(layer.optics).direction * display.emitter_pitch_mm(layer);
 }
 
+double AimStep(const Display& display, const Layer& layer) {
+  const double reach = ReachMm(display, layer);
+  if (const auto* bare = std::get_if<BarePanel>(&layer.optics)) {
+    return bare->eye_box_mm / bare->views / (display.shear ? 1 : reach);
+  }
+  return DirectionStepMm(display, layer) / reach *
+         (display.shear ? display.viewing_distance_mm : 1.0);
+}
+
 double SharpRangeMm(const Display& display, const Layer& layer) {
-  return SharpRangeMm(layer.seen_d0_mm(), LatticePitchMm(display, layer),
+  return SharpRangeMm(ReachMm(display, layer), LatticePitchMm(display, layer),
                       DirectionStepMm(display, layer));
 }
 
 double SharpestOffsetMm(const Layer& layer) {
+  if (std::holds_alternative<BarePanel>(layer.optics)) return 0;
   const Widths widths = WidthsOf(layer.optics);
   const double opening = widths.aperture / widths.emitter;
   double k = 1;  // d0 * kappa
@@ -95,12 +116,12 @@ double MeanSharpestOffsetMm(const std::vector<Layer>& layers) {
 }
 
 double CutoffPerMm(const Display& display, const Layer& layer, double offset_mm) {
-  return CutoffPerMm(offset_mm, layer.seen_d0_mm(), LatticePitchMm(display, layer),
+  return CutoffPerMm(offset_mm, ReachMm(display, layer), LatticePitchMm(display, layer),
                      DirectionStepMm(display, layer));
 }
 
 double ViewSpacingMm(const Display& display, const Layer& layer, double distance_mm) {
-  return DirectionStepMm(display, layer) * distance_mm / layer.seen_d0_mm();
+  return DirectionStepMm(display, layer) * distance_mm / ReachMm(display, layer);
 }
 
 double WindowPitchMm(const Display& display, const Layer& layer) {

@@ -181,23 +181,36 @@ Lenticular ReadLenticular(const toml::table& table, const std::string& where,
   return lenses;
 }
 
+BarePanel ReadBare(const toml::table& table, const std::string& where, const std::string& layer) {
+  const Reader reader(table, where, layer + "'s bare panel", {"eye_box_mm", "views"});
+  BarePanel bare;
+  bare.eye_box_mm = reader.Number("eye_box_mm").value_or(bare.eye_box_mm);
+  bare.views = reader.Integer("views").value_or(bare.views);
+  return bare;
+}
+
 Optics ReadOptics(const Reader& layer, const std::string& where, const std::string& name) {
-  const toml::table* barrier = layer.Table("barrier");
-  const toml::table* lenslets = layer.Table("lenslets");
-  const toml::table* lenticular = layer.Table("lenticular");
-  const int given = (barrier ? 1 : 0) + (lenslets ? 1 : 0) + (lenticular ? 1 : 0);
-  if (given > 1) {
-    layer.Refuse(lenticular ? "lenticular" : "lenslets",
-                 name +
-                     " has more than one of [layer.barrier], [layer.lenslets] and "
-                     "[layer.lenticular]",
-                 "keep the one that the layer has");
+  constexpr std::array kKinds = {"barrier", "lenslets", "lenticular", "bare"};
+  const char* given = nullptr;
+  for (const char* kind : kKinds) {
+    if (layer.Table(kind) == nullptr) continue;
+    if (given != nullptr) {
+      layer.Refuse(kind, fmt::format("{} has [layer.{}] beside [layer.{}]", name, kind, given),
+                   "keep the one that the layer has");
+    }
+    given = kind;
   }
-  if (barrier) return ReadBarrier(*barrier, where, name);
-  if (lenslets) return ReadLenslets(*lenslets, where, name);
-  if (lenticular) return ReadLenticular(*lenticular, where, name);
-  throw UsageError(where, name + " has no [layer.barrier], [layer.lenslets] or [layer.lenticular]",
-                   "add one, a barrier for instance with period_px, aperture_px and slots");
+  if (given == nullptr) {
+    throw UsageError(
+        where, fmt::format("{} has none of [layer.{}]", name, fmt::join(kKinds, "], [layer.")),
+        "add one, a barrier for instance with period_px, aperture_px and slots");
+  }
+  const std::string_view kind = given;
+  const toml::table& table = *layer.Table(given);
+  if (kind == "barrier") return ReadBarrier(table, where, name);
+  if (kind == "lenslets") return ReadLenslets(table, where, name);
+  if (kind == "lenticular") return ReadLenticular(table, where, name);
+  return ReadBare(table, where, name);
 }
 
 GlassPlate ReadPlate(const toml::table& table, const std::string& where, const std::string& layer) {
@@ -216,7 +229,7 @@ Layer ReadLayer(const toml::table& table, const std::string& where, std::size_t 
   const std::string name = fmt::format("layer {}", index);
   const Reader reader(table, where, name,
                       {"position_mm", "d0_mm", "gap_mm", "index", "mirror_x", "magnification",
-                       "barrier", "lenslets", "lenticular", "plate"});
+                       "barrier", "lenslets", "lenticular", "bare", "plate"});
   Layer layer;
   if (varifocal) {
     for (const char* key : {"position_mm", "magnification"}) {
@@ -227,9 +240,17 @@ Layer ReadLayer(const toml::table& table, const std::string& where, std::size_t 
     layer.position_mm = reader.Need(reader.Number("position_mm"), "position_mm");
     layer.magnification = reader.Number("magnification").value_or(1);
   }
-  ReadGap(reader, where, name, layer);
-  layer.mirror_x = reader.Truth("mirror_x").value_or(false);
   layer.optics = ReadOptics(reader, where, name);
+  if (std::holds_alternative<BarePanel>(layer.optics)) {
+    for (const char* key : {"d0_mm", "gap_mm", "index"}) {
+      reader.Refuse(key, fmt::format("{} has {} beside [layer.bare]", name, key),
+                    "leave it out: nothing stands before a bare panel");
+    }
+    layer.d0_mm = 0;
+  } else {
+    ReadGap(reader, where, name, layer);
+  }
+  layer.mirror_x = reader.Truth("mirror_x").value_or(false);
   if (const toml::table* plate = reader.Table("plate")) {
     layer.plate = ReadPlate(*plate, where, name);
   }
@@ -348,6 +369,10 @@ std::string ToToml(const Optics& optics) {
                lenses->offset_y_px, lenses->shift_odd_rows) +
            FocalToToml(lenses->focal_mm);
   }
+  if (const BarePanel* bare = std::get_if<BarePanel>(&optics)) {
+    return fmt::format("[layer.bare]\neye_box_mm = {}\nviews = {}\n", bare->eye_box_mm,
+                       bare->views);
+  }
   const Lenticular& lenses = std::get<Lenticular>(optics);
   return fmt::format(
              "[layer.lenticular]\nsubpixels_per_lens = {}\nslant = {}\nviews = {}\n"
@@ -368,7 +393,10 @@ std::string ToToml(const Varifocal& varifocal) {
 std::string ToToml(const Layer& layer, bool varifocal) {
   std::string text = "\n[[layer]]\n";
   if (!varifocal) text += fmt::format("position_mm = {}\n", layer.position_mm);
-  text += fmt::format("d0_mm = {}\nmirror_x = {}\n", layer.d0_mm, layer.mirror_x);
+  if (!std::holds_alternative<BarePanel>(layer.optics)) {
+    text += fmt::format("d0_mm = {}\n", layer.d0_mm);
+  }
+  text += fmt::format("mirror_x = {}\n", layer.mirror_x);
   if (layer.index != 1) text += fmt::format("index = {}\n", layer.index);
   if (!varifocal && layer.magnification != 1) {
     text += fmt::format("magnification = {}\n", layer.magnification);

@@ -16,9 +16,13 @@ RayMap::RayMap(const Display& display, int layer_index) {
   position_mm_ = layer.position_mm;
   d0_mm_ = layer.seen_d0_mm();
   shear_distance_mm_ = display.shear ? display.distance_mm(layer) : 0.0;
-  const Barrier* barrier = std::get_if<Barrier>(&layer.optics);
-  barrier_ =
-      barrier != nullptr ? *barrier : BarrierOf(display, static_cast<std::size_t>(layer_index));
+  viewer_mm_ = display.distance_mm(layer);
+  if (const BarePanel* bare = std::get_if<BarePanel>(&layer.optics)) {
+    eye_box_mm_ = bare->eye_box_mm;
+    barrier_ = OpeningsOf(layer);
+  } else {
+    barrier_ = BarrierOf(display, static_cast<std::size_t>(layer_index));
+  }
   x_ = MakeAxis(columns_, 1);
   y_ = MakeAxis(rows_, -1);
 }
@@ -94,6 +98,9 @@ std::optional<int> RayMap::OpeningOf(const Axis& axis, int slot, int index) cons
 
 std::optional<AxisBeam> RayMap::Beam(const Axis& axis, int slot, int index) const {
   if (index < 0 || index >= axis.count) return std::nullopt;
+  if (eye_box_mm_ > 0) {
+    return AxisBeam{index, Centre(axis, index), pitch_mm_, 0, eye_box_mm_, -viewer_mm_};
+  }
   const std::optional<int> opening = OpeningOf(axis, slot, index);
   if (!opening) return std::nullopt;
   return AxisBeam{*opening,

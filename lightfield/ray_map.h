@@ -1,6 +1,7 @@
-// The ray map of a barrier: the beam of every emitter of a layer in every time slot, and its
-// inverse. Barriers on square lattices are separable: the map is a product of one map per axis.
-// Lenses have maps of their own (lenslet_map.h, lenticular_map.h); layer_map.h has all in one.
+// The ray map of a barrier, or of a bare panel: the beam of every emitter of a layer in every time
+// slot, and its inverse. Barriers on square lattices are separable: the map is a product of one map
+// per axis. Lenses have maps of their own (lenslet_map.h, lenticular_map.h); layer_map.h has all in
+// one.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +28,7 @@ struct AxisHit {
 
 class RayMap {
  public:
-  RayMap(const Display& display, int layer);  // UsageError where the layer has no barrier
+  RayMap(const Display& display, int layer);  // UsageError where the layer has lenses
 
   int slots_per_axis() const { return barrier_.slots; }
   int columns() const { return columns_; }
@@ -83,6 +84,8 @@ class RayMap {
   int columns_ = 0, rows_ = 0;
   double pitch_mm_ = 0, position_mm_ = 0, d0_mm_ = 0;
   double shear_distance_mm_ = 0;  // D - z_l; 0: no shear
+  double viewer_mm_ = 0;          // D - z_l
+  double eye_box_mm_ = 0;         // of a bare panel; 0: it has a barrier
   Barrier barrier_;
   Axis x_, y_;
 };

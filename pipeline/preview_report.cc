@@ -195,6 +195,9 @@ std::string OpticsInWords(const Layer& layer) {
                        lenses->lattice == LensletArray::Lattice::kSquare ? "square" : "hexagonal",
                        lenses->pitch_px, lenses->rays, lenses->rays);
   }
+  if (const BarePanel* bare = std::get_if<BarePanel>(&layer.optics)) {
+    return fmt::format("bare panels for eyes in {0:g} x {0:g} mm", bare->eye_box_mm);
+  }
   const Lenticular& lenses = std::get<Lenticular>(layer.optics);
   return fmt::format("lenticular lenses of {:g} sub-pixels, {} views", lenses.subpixels_per_lens,
                      lenses.views);

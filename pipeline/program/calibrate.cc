@@ -259,6 +259,7 @@ void AddCalibrate(CLI::App& program, Invocation& invocation) {
   AddPhotometry(app, invocation);
   AddGrayCodePatterns(app, invocation);
   AddGrayCode(app, invocation);
+  AddWarp(app, invocation);
 }
 
 }  // namespace lamella

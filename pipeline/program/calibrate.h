@@ -16,5 +16,6 @@ void AddCalibrateSolve(CLI::App& calibrate, Invocation& invocation);
 void AddCalibrateReport(CLI::App& calibrate, Invocation& invocation);
 void AddGrayCodePatterns(CLI::App& calibrate, Invocation& invocation);
 void AddGrayCode(CLI::App& calibrate, Invocation& invocation);
+void AddWarp(CLI::App& calibrate, Invocation& invocation);
 
 }  // namespace lamella

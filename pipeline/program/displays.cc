@@ -46,10 +46,15 @@ std::string Describe(const Lenticular& lenses) {
                      lenses.subpixels_per_lens, lenses.slant);
 }
 
+std::string Describe(const BarePanel& bare) {
+  return fmt::format("bare panels for eyes in {0:g} x {0:g} mm", bare.eye_box_mm);
+}
+
 // The optics of the first layer, and over all of them the field of view, which a relay changes.
 std::string DescribeOptics(const Display& display) {
   const Layer& layer = display.layers.front();
   std::string text = std::visit([](const auto& optics) { return Describe(optics); }, layer.optics);
+  if (std::holds_alternative<BarePanel>(layer.optics)) return text;
   const int views = DirectionsPerAxis(layer);
   text += std::holds_alternative<Lenticular>(layer.optics) ? fmt::format(", {} views", views)
                                                            : fmt::format(", {0}x{0} views", views);

@@ -10,9 +10,10 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(FindDisplay, KnowsThePaperConfigurations) {
-  EXPECT_THAT(DisplayNames(), ::testing::ElementsAre("paper-one-layer", "paper-two-layer",
-                                                     "paper-two-layer-half", "paper-varifocal"));
+TEST(FindDisplay, KnowsThePaperConfigurationsAndADepthFusedDisplay) {
+  EXPECT_THAT(DisplayNames(),
+              ::testing::ElementsAre("depth-fused", "paper-one-layer", "paper-two-layer",
+                                     "paper-two-layer-half", "paper-varifocal"));
   for (const std::string& name : DisplayNames()) EXPECT_EQ(FindDisplay(name).name, name);
 }
 

@@ -279,7 +279,7 @@ TEST(DisplayToml, RefusesWrongLensesWithTheLine) {
   EXPECT_THAT(Refusal(Replaced(kLenslets, "[layer.lenslets]",
                                "[layer.barrier]\nperiod_px = 6\naperture_px = 2\nslots = 3\n"
                                "[layer.lenslets]")),
-              HasSubstr("layer 0 has more than one of [layer.barrier], [layer.lenslets]"));
+              HasSubstr("layer 0 has [layer.lenslets] beside [layer.barrier]"));
   for (const char* value : {"nan", "inf", "-1", "0", "1e9"}) {
     EXPECT_THAT(Refusal(Replaced(kLenslets, "pitch_px = 13.5", std::string("pitch_px = ") + value)),
                 HasSubstr("layer 0: pitch_px"));

@@ -72,7 +72,8 @@ TEST(LayersRecord, KeepsDisplaysOfAnyOptics) {
   relayed.varifocal->relay_focal_mm = 700.0 / 3;
   relayed.varifocal->magnification0 = 0.9;
   relayed.layers = PlanesOf(*relayed.varifocal, relayed.layers[0]);
-  for (const Display& display : {FindDisplay("paper-varifocal"), lenticular, lenslets, relayed}) {
+  for (const Display& display : {FindDisplay("paper-varifocal"), FindDisplay("depth-fused"),
+                                 lenticular, lenslets, relayed}) {
     record.display = display;
     SaveLayersRecord(workspace.Stage("layers"), record);
     EXPECT_EQ(LoadLayersRecord(workspace).display, display);

@@ -34,7 +34,8 @@ Display Small(const std::string& name, const Optics& optics) {
   return display;
 }
 
-// Binned and of several slots; square and hexagonal lenses; slanted and upright lenticulars.
+// Binned and of several slots; square and hexagonal lenses; slanted and upright lenticulars; bare
+// panels.
 std::vector<std::pair<std::string, Display>> Displays() {
   Lenticular upright;
   upright.slant = 0;
@@ -47,6 +48,7 @@ std::vector<std::pair<std::string, Display>> Displays() {
   Display mirrored = displays[3].second;
   mirrored.layers[0].mirror_x = true;
   displays.emplace_back("mirrored", mirrored);
+  displays.emplace_back("bare", Small("depth-fused", BarePanel{}));
   return displays;
 }
 
