@@ -326,6 +326,13 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
 
 }  // namespace
 
+std::string BeyondEyeBox(const Display& display) {
+  const bool bare = std::all_of(
+      display.layers.begin(), display.layers.end(),
+      [](const Layer& layer) { return std::holds_alternative<BarePanel>(layer.optics); });
+  return bare ? "the layers' pictures off each other" : "light of neighbouring windows";
+}
+
 std::string Decibels(const std::optional<double>& value) {
   if (!value) return "no pixels";
   return std::isfinite(*value) ? fmt::format("{:.1f}", *value) : "equal";
@@ -425,6 +432,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   }
   page.distance_mm = record.placement.viewing_distance_mm;
   page.clean_box_mm = CleanEyeBox(display);
+  page.beyond_box = BeyondEyeBox(display);
   AddPictures(workspace, record, set, layers, photographs, result, options, page);
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(

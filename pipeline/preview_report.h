@@ -35,6 +35,9 @@ struct PreviewResult {
   std::vector<CapturedResult> captured;
 };
 
+// What eyes beyond the display's clean eye box see: "light of neighbouring windows".
+std::string BeyondEyeBox(const Display& display);
+
 // "35.2", "equal" or "no pixels".
 std::string Decibels(const std::optional<double>& value);
 

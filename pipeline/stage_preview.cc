@@ -206,9 +206,8 @@ std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewRes
   });
   if (outside > 0) {
     warnings.push_back(fmt::format(
-        "{} of {} eyes stand outside the display's clean eye box of +-{:.0f} mm and see light of "
-        "neighbouring windows",
-        outside, result.grid.size(), box));
+        "{} of {} eyes stand outside the display's clean eye box of +-{:.0f} mm and see {}",
+        outside, result.grid.size(), box, BeyondEyeBox(record.display)));
   }
   const double seen = MeansOf(result).seen;
   if (seen < 0.9) {

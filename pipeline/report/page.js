@@ -178,8 +178,8 @@ function drawMap() {
   if (eyes.clean_box_mm > 0) {
     map.append(svg('rect', {class: 'box', x: mapX(-eyes.clean_box_mm), y: mapY(eyes.clean_box_mm),
       width: 88 * eyes.clean_box_mm / span, height: 88 * eyes.clean_box_mm / span}));
-    byId('map-note').textContent = `Dashed: clean eye box, \u00b1${eyes.clean_box_mm.toFixed(0)} mm. Beyond it light ` +
-      'from neighbouring windows mixes in; it is simulated, too.';
+    byId('map-note').textContent = `Dashed: clean eye box, \u00b1${eyes.clean_box_mm.toFixed(0)} mm. Eyes beyond it ` +
+      `see ${eyes.beyond_box}; that is simulated, too.`;
   }
   for (const y of eyes.y_mm) for (const x of eyes.x_mm) map.append(svg('circle', {class: 'dot', cx: mapX(x), cy: mapY(y), r: 1.2}));
   map.append(svg('circle', {class: 'here', r: 3.2, cx: 50, cy: 50}));

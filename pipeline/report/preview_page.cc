@@ -34,6 +34,7 @@ Json Eyes(const PreviewPage& page) {
           {"y_mm", page.y_mm},
           {"distance_mm", page.distance_mm},
           {"clean_box_mm", page.clean_box_mm},
+          {"beyond_box", page.beyond_box},
           {"width", page.width},
           {"height", page.height},
           {"views", views}};

@@ -75,8 +75,9 @@ struct PreviewPage {
   std::string title, subtitle, foot;
   std::vector<double> x_mm, y_mm;  // eye positions; x rising, y falling (the highest eye first)
   double distance_mm = 0, clean_box_mm = 0;
-  int width = 0, height = 0;     // of the eyes' pictures
-  std::vector<PageEye> eyes;     // row by row
+  std::string beyond_box = "light of neighbouring windows";  // what eyes beyond it see
+  int width = 0, height = 0;                                 // of the eyes' pictures
+  std::vector<PageEye> eyes;                                 // row by row
   std::vector<PageFocus> focus;  // from the back to the front; empty: none
   double pupil_mm = 0;
   std::vector<PageDepthView> depth_views;
