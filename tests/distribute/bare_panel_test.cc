@@ -143,8 +143,9 @@ double MeanSquaredError(const Display& display, const AnalyticScene& scene,
   double sum = 0;
   int count = 0;
   for (int i = 0; i < 9; ++i) {
+    const int column = i % 3, row = i / 3;
     Eye eye;
-    eye.position = {20.0 * (i % 3 - 1), 20.0 * (i / 3 - 1), kDistance};
+    eye.position = {20.0 * (column - 1), 20.0 * (row - 1), kDistance};
     eye.left_mm = -5;
     eye.top_mm = 3;
     eye.pixel_mm = kPitch;
