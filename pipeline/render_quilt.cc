@@ -180,11 +180,11 @@ class TileDrawer {
   void DrawRows(int first, int count, ImageSpan<Rgb8> tile) {
     Image<RaySample> samples(rays_.width, count);
     source_.Query(rays_, {0, first, rays_.width, count}, samples.span());
-    Image<Rgb> light(rays_.width, count);  // black
+    Image<Rgb> light(rays_.width, count);
     for (int y = 0; y < count; ++y) {
       for (int x = 0; x < rays_.width; ++x) {
         const RaySample& sample = samples(x, y);
-        if (sample.coverage > 0) light(x, y) = sample.color;
+        light(x, y) = sample.color;
         all_.Add(sample.coverage);
         const Eigen::Vector3d at = rays_.PlanePoint(x + 0.5, first + y + 0.5);
         if (std::abs(at.x()) < half_picture_.x() && std::abs(at.y()) < half_picture_.y()) {
@@ -204,23 +204,25 @@ class TileDrawer {
   Coverage all_, in_picture_;
 };
 
-// How far left and right of the middle the capture's cameras stand among the quilt's.
+// How far left and right of the middle the capture's cameras stand among the quilt's, in the same
+// directions from the middle of the screen.
 struct Reach {
   double left_mm = 0, right_mm = 0;
 };
 Reach ReachOf(const std::vector<View>& views, const Placement& placement) {
   Reach reach;
   for (const View& view : views) {
-    const double x = EyeOfCamera(placement, view.camera_from_world).x();
+    const Eigen::Vector3d eye = EyeOfCamera(placement, view.camera_from_world);
+    if (!(eye.z() > 0)) continue;  // behind the screen
+    const double x = eye.x() * placement.viewing_distance_mm / eye.z();
     reach.left_mm = std::max(reach.left_mm, -x);
     reach.right_mm = std::max(reach.right_mm, x);
   }
   return reach;
 }
 
-// The depth budget with which a display whose reach is `share` of what views need has all of them
-// between the capture's cameras: a of Z' = 1/(a/Z + b), which goes as B/(D^2 - B^2), is `share` of
-// what it is, and eyes go as 1/a.
+// The depth budget B with which a reach that is `share` of what a view needs is as far as that: it
+// goes as 1/a of Z' = 1/(a/Z + b), and a as B/(D^2 - B^2).
 double BudgetWithin(const Placement& placement, double share) {
   const double distance = placement.viewing_distance_mm;
   const double budget = (placement.near_mm - placement.far_mm) / 2;
@@ -230,27 +232,34 @@ double BudgetWithin(const Placement& placement, double share) {
 
 // What to do where a view is badly seen; nothing where all are well seen.
 std::string UnseenNote(const RenderedQuilt& quilt, const Reach& reach) {
-  const auto worst = std::min_element(quilt.seen_in_picture.begin(), quilt.seen_in_picture.end());
+  const std::vector<double>& seen = quilt.seen_in_picture;
+  const auto worst = std::min_element(seen.begin(), seen.end());
   if (*worst >= kWellSeen) return "";
-  const auto view = static_cast<int>(worst - quilt.seen_in_picture.begin());
-  const double needed_mm = std::abs(CameraOf(quilt.cameras, view).x);
-  const double reach_mm = CameraOf(quilt.cameras, view).x < 0 ? reach.left_mm : reach.right_mm;
-  std::string what =
-      fmt::format("of view {} the capture saw {:.0f} % of the picture", view, 100 * *worst);
-  if (!(reach_mm < needed_mm)) return what;
-  std::string why = fmt::format("{}, which is from {:.0f} mm aside: its cameras reach {:.0f} mm",
-                                what, needed_mm, reach_mm);
-  const double budget = BudgetWithin(quilt.placement, reach_mm / needed_mm);
-  if (!(budget > 0)) return why;
-  return fmt::format("{}; --depth-budget {:.2g} brings it between them", why, budget);
+  const auto view = static_cast<int>(worst - seen.begin());
+  std::string note = fmt::format(
+      "the capture saw {:.0f} % of the picture of view {} and {:.0f} % of the middle one's",
+      100 * *worst, view, 100 * seen[seen.size() / 2]);
+  const double camera_mm = CameraOf(quilt.cameras, view).x;
+  const double needed_mm = std::abs(camera_mm);
+  const double reach_mm = camera_mm < 0 ? reach.left_mm : reach.right_mm;
+  if (reach_mm >= needed_mm) return note;
+  note +=
+      fmt::format("; the view is from {:.0f} mm aside, which its cameras don't reach ({:.0f} mm)",
+                  needed_mm, reach_mm);
+  if (const double budget = BudgetWithin(quilt.placement, reach_mm / needed_mm); budget > 0) {
+    note += fmt::format(": --depth-budget {:.2g} brings it between them", budget);
+  }
+  return note;
 }
 
 std::vector<std::pair<std::string, std::string>> SummaryOf(const RenderedQuilt& quilt,
-                                                           const QuiltShape& shape,
-                                                           const Display& display,
+                                                           const RenderQuiltOptions& options,
+                                                           const QuiltPlan& plan,
                                                            const Reach& reach) {
   auto summary = SummaryOf(quilt.placement);
   const Placement& p = quilt.placement;
+  const Display& display = plan.display;
+  const QuiltShape& shape = plan.shape;
   const double fill =
       std::max(display.width_mm() / p.picture_width_mm, display.height_mm() / p.picture_height_mm);
   std::string of_screen =
@@ -272,21 +281,22 @@ std::vector<std::pair<std::string, std::string>> SummaryOf(const RenderedQuilt& 
     for (const double share : shares) sum += share;
     return 100 * sum / static_cast<double>(shares.size());
   };
-  summary.emplace_back("rays seen",
-                       fmt::format("{:.1f} % of the quilt's, {:.1f} % of the picture's",
-                                   mean(quilt.seen), mean(quilt.seen_in_picture)));
+  summary.emplace_back(
+      "rays seen", fmt::format("{:.1f} % of the quilt's, {:.1f} % of the picture's; others are {}",
+                               mean(quilt.seen), mean(quilt.seen_in_picture),
+                               options.guess_unseen ? "guessed" : "black"));
   return summary;
 }
 
-std::unique_ptr<RaySource> LoadSource(const Workspace& workspace, const RenderOptions& render,
+std::unique_ptr<RaySource> LoadSource(const Workspace& workspace, const RenderQuiltOptions& options,
                                       const QuiltShape& shape, const RenderedQuilt& quilt,
                                       Progress& progress) {
   const RayBundle middle =
       QuiltRays(quilt.cameras, shape.views / 2, shape.tile_width_px(), shape.tile_height_px());
-  RenderOptions seen_only = render;
-  seen_only.guess_unseen = false;
-  seen_only.rays = InWorld(middle, quilt.placement);
-  return LoadCaptureSource(workspace, seen_only, progress);
+  RenderOptions render = options.render;
+  render.guess_unseen = options.guess_unseen;
+  render.rays = InWorld(middle, quilt.placement);
+  return LoadCaptureSource(workspace, render, progress);
 }
 
 // NAME_native.png beside NAME_qsCxRaA.png.
@@ -339,7 +349,7 @@ RenderedQuilt RenderQuilt(const Workspace& workspace, const RenderQuiltOptions& 
   if (!note.empty()) progress.Warn(note);
   quilt.cameras =
       CamerasFor(plan.display, shape, plan.cone_deg, quilt.placement.viewing_distance_mm);
-  const auto source = LoadSource(workspace, options.render, shape, quilt, progress);
+  const auto source = LoadSource(workspace, options, shape, quilt, progress);
   DrawnQuilt drawn =
       DrawQuilt(*Placed(*source, quilt.placement), quilt.cameras, quilt.layout, shape.width_px,
                 shape.height_px,
@@ -349,7 +359,7 @@ RenderedQuilt RenderQuilt(const Workspace& workspace, const RenderQuiltOptions& 
   quilt.seen_in_picture = std::move(drawn.seen_in_picture);
   const Reach reach = ReachOf(views, quilt.placement);
   if (const std::string unseen = UnseenNote(quilt, reach); !unseen.empty()) progress.Warn(unseen);
-  quilt.summary = SummaryOf(quilt, shape, plan.display, reach);
+  quilt.summary = SummaryOf(quilt, options, plan, reach);
   return quilt;
 }
 

@@ -32,12 +32,13 @@ struct RenderQuiltOptions {
   std::optional<double> cone_deg;
   std::filesystem::path visual;    // visual.json of the device; empty: no native image
   std::string filter = "nearest";  // of the native image: linear, gaussian, wide-gaussian
+  bool guess_unseen = false;       // colours rays that no photograph saw; they count as unseen
   PlacementOptions placement;
-  RenderOptions render;
+  RenderOptions render;  // guess_unseen and rays are not read
 };
 
 struct DrawnQuilt {
-  Image<Rgb8> codes;  // black where nothing is known, and in tiles without a view
+  Image<Rgb8> codes;  // as the source colours rays; black in tiles without a view
   // Of each view's rays, the mean coverage: of all, and of those through the picture (a rectangle
   // in the middle of z = 0).
   std::vector<double> seen, seen_in_picture;

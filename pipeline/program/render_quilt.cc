@@ -61,6 +61,8 @@ void AddQuiltOptions(CLI::App& verb, RenderQuiltOptions& options) {
   verb.add_option("--screen-height-mm", options.screen_height_mm, "(Portrait: 160.6)")
       ->check(CLI::Range(1e-3, 1e6))
       ->excludes(visual);
+  verb.add_flag("--guess-unseen", options.guess_unseen,
+                "rays that no photograph saw, black otherwise, get a colour from around them");
   verb.add_option("--filter", options.filter,
                   "of the device's image between views: nearest, linear, gaussian or "
                   "wide-gaussian [nearest]");
