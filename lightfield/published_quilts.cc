@@ -1,7 +1,6 @@
 #include "lightfield/published_quilts.h"
 
 #include <array>
-#include <string>
 
 namespace lamella {
 namespace {

@@ -204,10 +204,10 @@ class TileDrawer {
   Coverage all_, in_picture_;
 };
 
-// How far left and right of the middle the capture's cameras stand among the quilt's, in the same
-// directions from the middle of the screen.
+// How far left and right the capture's cameras stand among the quilt's, in the same directions from
+// the middle of the screen.
 struct Reach {
-  double left_mm = 0, right_mm = 0;
+  double left_mm = 0, right_mm = 0;  // <= 0, >= 0
 };
 Reach ReachOf(const std::vector<View>& views, const Placement& placement) {
   Reach reach;
@@ -215,7 +215,7 @@ Reach ReachOf(const std::vector<View>& views, const Placement& placement) {
     const Eigen::Vector3d eye = EyeOfCamera(placement, view.camera_from_world);
     if (!(eye.z() > 0)) continue;  // behind the screen
     const double x = eye.x() * placement.viewing_distance_mm / eye.z();
-    reach.left_mm = std::max(reach.left_mm, -x);
+    reach.left_mm = std::min(reach.left_mm, x);
     reach.right_mm = std::max(reach.right_mm, x);
   }
   return reach;
@@ -240,12 +240,11 @@ std::string UnseenNote(const RenderedQuilt& quilt, const Reach& reach) {
       "the capture saw {:.0f} % of the picture of view {} and {:.0f} % of the middle one's",
       100 * *worst, view, 100 * seen[seen.size() / 2]);
   const double camera_mm = CameraOf(quilt.cameras, view).x;
+  const double reach_mm = camera_mm < 0 ? -reach.left_mm : reach.right_mm;
   const double needed_mm = std::abs(camera_mm);
-  const double reach_mm = camera_mm < 0 ? reach.left_mm : reach.right_mm;
   if (reach_mm >= needed_mm) return note;
-  note +=
-      fmt::format("; the view is from {:.0f} mm aside, which its cameras don't reach ({:.0f} mm)",
-                  needed_mm, reach_mm);
+  note += fmt::format("; that view is from {:.0f} mm aside, the capture's cameras reach {:.0f} mm",
+                      needed_mm, reach_mm);
   if (const double budget = BudgetWithin(quilt.placement, reach_mm / needed_mm); budget > 0) {
     note += fmt::format(": --depth-budget {:.2g} brings it between them", budget);
   }
@@ -271,11 +270,11 @@ std::vector<std::pair<std::string, std::string>> SummaryOf(const RenderedQuilt& 
   summary.emplace_back(
       "views", fmt::format("{} of {} x {} px, over {:g} degrees", shape.views,
                            shape.tile_width_px(), shape.tile_height_px(), quilt.cameras.cone_deg));
-  const double outermost = -CameraOf(quilt.cameras, 0).x;
-  summary.emplace_back("cameras",
-                       fmt::format("of the quilt {:+.0f} to {:+.0f} mm, of the capture {:+.0f} to "
-                                   "{:+.0f} mm",
-                                   -outermost, outermost, -reach.left_mm, reach.right_mm));
+  summary.emplace_back(
+      "cameras",
+      fmt::format("of the quilt {:+.0f} to {:+.0f} mm, of the capture {:+.0f} to {:+.0f} mm",
+                  CameraOf(quilt.cameras, 0).x, CameraOf(quilt.cameras, shape.views - 1).x,
+                  reach.left_mm, reach.right_mm));
   const auto mean = [](const std::vector<double>& shares) {
     double sum = 0;
     for (const double share : shares) sum += share;

@@ -19,7 +19,7 @@ struct RenderArguments {
 };
 
 std::vector<OptionTable> TablesOf(RenderQuiltOptions& options) {
-  return {{"layers", Describe(options.placement)}, Describe(options.render)};
+  return {{"placement", Describe(options.placement)}, Describe(options.render)};
 }
 
 ExitCode RunRender(RenderArguments& arguments, Progress& progress) {
@@ -40,17 +40,20 @@ void AddQuiltOptions(CLI::App& verb, RenderQuiltOptions& options) {
       "--visual", options.visual,
       "visual.json of the device: its screen, cone and published quilt are used, and the image "
       "that it shows is written, too");
-  verb.add_option("--columns", options.columns, "tiles in a row (the device's; Portrait: 8)")
+  verb.add_option("--columns", options.columns,
+                  "tiles in a row (the device's; else 8, of a lying screen 5)")
       ->check(CLI::Range(1, kMaxQuiltSide));
-  verb.add_option("--rows", options.rows, "rows of tiles (the device's; Portrait: 6)")
+  verb.add_option("--rows", options.rows,
+                  "rows of tiles (the device's; else 6, of a lying screen 9)")
       ->check(CLI::Range(1, kMaxQuiltSide));
   verb.add_option("--views", options.views, "of the tiles; the others are black (all)")
       ->check(CLI::Range(1, kMaxQuiltSide * kMaxQuiltSide));
   verb.add_option("--width", options.width_px,
-                  "of the quilt, px (the device's; Portrait: 3360; of other tiles square pixels, "
-                  "as many)")
+                  "of the quilt, px (the device's; else 3360, of a lying screen 4096; with other "
+                  "tiles or an aspect: square pixels, as many)")
       ->check(CLI::Range(1, kMaxQuiltPx));
-  verb.add_option("--height", options.height_px, "likewise")->check(CLI::Range(1, kMaxQuiltPx));
+  verb.add_option("--height", options.height_px, "of the quilt, px, likewise")
+      ->check(CLI::Range(1, kMaxQuiltPx));
   verb.add_option("--cone", options.cone_deg,
                   "degrees from the first view's direction to the last one's (the device's; "
                   "Portrait: 40)")
@@ -58,7 +61,7 @@ void AddQuiltOptions(CLI::App& verb, RenderQuiltOptions& options) {
   verb.add_option("--aspect", options.aspect, "width / height of the screen (Portrait: 0.75)")
       ->check(CLI::Range(0.01, 100.0))
       ->excludes(visual);
-  verb.add_option("--screen-height-mm", options.screen_height_mm, "(Portrait: 160.6)")
+  verb.add_option("--screen-height-mm", options.screen_height_mm, "of the screen (Portrait: 160.6)")
       ->check(CLI::Range(1e-3, 1e6))
       ->excludes(visual);
   verb.add_flag("--guess-unseen", options.guess_unseen,

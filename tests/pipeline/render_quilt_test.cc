@@ -107,6 +107,20 @@ TEST(DrawQuilt, PutsPointsWherePublishedCamerasSeeThem) {
   }
 }
 
+// More rays than are asked for at once.
+TEST(DrawQuilt, DrawsLargeTilesInStrips) {
+  QuiltCameras cameras;
+  cameras.views = 1;
+  const SpotWorld spot({10, -40, -20}, 4);  // in the display's frame
+  const DrawnQuilt drawn =
+      DrawQuilt(spot, cameras, {1, 1, 0.75}, 2100, 2800, {1, 1}, SilentProgress());
+  EXPECT_EQ(drawn.seen, std::vector<double>{1});
+  const Eigen::Vector2d centre = CentreOfLight(drawn.codes.span());
+  const double scale = CameraOf(cameras, 0).distance / (CameraOf(cameras, 0).distance + 20);
+  EXPECT_NEAR(centre.x(), 1050 + scale * 10 / 60 * 1050, 0.02);
+  EXPECT_NEAR(centre.y(), 1400 + scale * 40 / 80 * 1400, 0.02);
+}
+
 // Cards before a wall, seen by 3 x 3 cameras.
 constexpr const char* kQuiltRecipe = R"(
 [cameras]
