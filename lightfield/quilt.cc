@@ -126,4 +126,17 @@ double QuiltPosition(const QuiltCameras& cameras, int view, double x, double z) 
   return on_screen / (cameras.half_height * cameras.aspect);
 }
 
+RayBundle QuiltRays(const QuiltCameras& cameras, int view, int tile_width_px, int tile_height_px) {
+  const QuiltCamera camera = CameraOf(cameras, view);
+  const double half_width = cameras.half_height * cameras.aspect;
+  RayBundle rays;
+  rays.centre = {camera.x, 0, camera.distance, 1};
+  rays.origin = {-half_width, cameras.half_height, 0};
+  rays.dx = {2 * half_width / tile_width_px, 0, 0};
+  rays.dy = {0, -2 * cameras.half_height / tile_height_px, 0};
+  rays.width = tile_width_px;
+  rays.height = tile_height_px;
+  return rays;
+}
+
 }  // namespace lamella

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "lightfield/image.h"
+#include "lightfield/ray_source.h"
 
 namespace lamella {
 
@@ -53,5 +54,8 @@ QuiltCamera CameraOf(const QuiltCameras& cameras, int view);  // quilt_camera
 // Where a point that is x right of the screen's middle and z in front of it lands in a view, -1 to
 // 1 across the tile (quilt_ndc).
 double QuiltPosition(const QuiltCameras& cameras, int view, double x, double z);
+// A view's rays in the display's frame, one through every pixel of a tile of so many that is
+// stretched over the screen on z = 0. Lengths are the cameras'.
+RayBundle QuiltRays(const QuiltCameras& cameras, int view, int tile_width_px, int tile_height_px);
 
 }  // namespace lamella

@@ -13,6 +13,7 @@
 #include "pipeline/calibration_record.h"
 #include "pipeline/emitter_files.h"
 #include "pipeline/peak_memory.h"
+#include "pipeline/place_capture.h"
 
 namespace lamella {
 namespace {
@@ -47,19 +48,13 @@ LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& worl
 }
 
 StageReport Report(const LayersRecord& record, const std::string& note) {
-  const Placement& p = record.placement;
   StageReport report;
-  report.summary = {
-      {"display", record.display.name},
-      {"panels", record.calibration ? "as calibrated" : "as designed"},
-      {"reference view", p.reference_view},
-      {"depth", fmt::format("{:.4g} to {:.4g} shown at {:+.1f} to {:+.1f} mm", p.near, p.far,
-                            p.near_mm, p.far_mm)},
-      {"viewing distance", fmt::format("{:g} mm", p.viewing_distance_mm)},
-      {"picture", fmt::format("{:.1f} x {:.1f} mm, {:.4f} mm a pixel of the view",
-                              p.picture_width_mm, p.picture_height_mm, p.mm_per_view_px)},
-      {"rays seen", fmt::format("{:.1f} % of the display's, {:.1f} % of the picture's",
-                                100 * record.seen_share, 100 * record.seen_share_in_picture)}};
+  report.summary = {{"display", record.display.name},
+                    {"panels", record.calibration ? "as calibrated" : "as designed"}};
+  for (auto& line : SummaryOf(record.placement)) report.summary.push_back(std::move(line));
+  report.summary.emplace_back(
+      "rays seen", fmt::format("{:.1f} % of the display's, {:.1f} % of the picture's",
+                               100 * record.seen_share, 100 * record.seen_share_in_picture));
   if (!note.empty()) report.warnings.push_back(note);
   return report;
 }

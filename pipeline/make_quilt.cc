@@ -56,30 +56,6 @@ std::string NameOf(const fs::path& folder) {
   return name.empty() ? "quilt" : name.string();
 }
 
-fs::path FileOf(const fs::path& out, const fs::path& views, const QuiltLayout& layout) {
-  const std::string suffix = QuiltSuffix(layout) + ".png";
-  if (out.extension() == ".png") {
-    const std::optional<QuiltLayout> named = QuiltLayoutOf(out.filename().string());
-    if (!named) return out.parent_path() / (out.stem().string() + suffix);
-    if (SameLayout(*named, layout)) return out;
-    throw UsageError(out.string(), "its name tells another layout than " + QuiltSuffix(layout),
-                     "name it so, or without a layout");
-  }
-  const std::optional<QuiltLayout> named = QuiltLayoutOf(out.filename().string());
-  if (named || out.extension() == ".jpg" || out.extension() == ".jpeg") {
-    throw UsageError(out.string(), "is no .png", "a quilt is written as PNG, without loss");
-  }
-  return out / (NameOf(views) + suffix);
-}
-
-void CheckPixels(const QuiltLayout& layout, const ImageInfo& tile) {
-  if (1.0 * layout.columns * tile.width * layout.rows * tile.height <= kMaxPixels) return;
-  throw UsageError("quilt",
-                   fmt::format("{} x {} tiles of {} x {} px are more than 2^29 px", layout.columns,
-                               layout.rows, tile.width, tile.height),
-                   "give smaller views or fewer tiles");
-}
-
 QuiltLayout LayoutOf(const fs::path& quilt, const ReadQuiltOptions& options) {
   const std::optional<QuiltLayout> named = QuiltLayoutOf(quilt.filename().string());
   QuiltLayout layout = named.value_or(QuiltLayout{});
@@ -93,7 +69,33 @@ QuiltLayout LayoutOf(const fs::path& quilt, const ReadQuiltOptions& options) {
   return layout;
 }
 
-ViewFilter FilterOf(const std::string& name) {
+}  // namespace
+
+fs::path QuiltFile(const fs::path& out, const fs::path& source, const QuiltLayout& layout) {
+  const std::string suffix = QuiltSuffix(layout) + ".png";
+  if (out.extension() == ".png") {
+    const std::optional<QuiltLayout> named = QuiltLayoutOf(out.filename().string());
+    if (!named) return out.parent_path() / (out.stem().string() + suffix);
+    if (SameLayout(*named, layout)) return out;
+    throw UsageError(out.string(), "its name tells another layout than " + QuiltSuffix(layout),
+                     "name it so, or without a layout");
+  }
+  const std::optional<QuiltLayout> named = QuiltLayoutOf(out.filename().string());
+  if (named || out.extension() == ".jpg" || out.extension() == ".jpeg") {
+    throw UsageError(out.string(), "is no .png", "a quilt is written as PNG, without loss");
+  }
+  return out / (NameOf(source) + suffix);
+}
+
+void CheckQuiltSize(const QuiltLayout& layout, int tile_width_px, int tile_height_px) {
+  if (1.0 * layout.columns * tile_width_px * layout.rows * tile_height_px <= kMaxPixels) return;
+  throw UsageError("quilt",
+                   fmt::format("{} x {} tiles of {} x {} px are more than 2^29 px", layout.columns,
+                               layout.rows, tile_width_px, tile_height_px),
+                   "give smaller views or fewer tiles");
+}
+
+ViewFilter ViewFilterOf(const std::string& name) {
   if (name == "nearest") return ViewFilter::kNearest;
   if (name == "linear") return ViewFilter::kLinear;
   if (name == "gaussian") return ViewFilter::kGaussian;
@@ -104,16 +106,14 @@ ViewFilter FilterOf(const std::string& name) {
                   NearestName(name, {"nearest", "linear", "gaussian", "wide-gaussian"})));
 }
 
-}  // namespace
-
 MadeQuilt MakeQuilt(const fs::path& views, const MakeQuiltOptions& options, const fs::path& out,
                     Progress& progress) {
   const std::vector<NamedFile> files = ViewsOf(views, options);
   const ImageInfo size = SizeOf(files);
   QuiltLayout layout = options.layout;
   if (!layout.aspect) layout.aspect = static_cast<double>(size.width) / size.height;
-  CheckPixels(layout, size);
-  const fs::path file = FileOf(out, views, layout);
+  CheckQuiltSize(layout, size.width, size.height);
+  const fs::path file = QuiltFile(out, views, layout);
   Image<Rgb8> quilt(layout.columns * size.width, layout.rows * size.height);
   progress.Start("quilt", static_cast<std::int64_t>(files.size()), "views");
   ParallelForEach(0, static_cast<std::int64_t>(files.size()), [&](std::int64_t i) {
@@ -169,7 +169,7 @@ std::vector<fs::path> SplitQuilt(const fs::path& quilt, const ReadQuiltOptions& 
 
 NativeImage MakeNative(const fs::path& quilt, const fs::path& visual_json,
                        const NativeOptions& options) {
-  const ViewFilter filter = FilterOf(options.filter);
+  const ViewFilter filter = ViewFilterOf(options.filter);
   VisualJson visual = ReadVisualJson(visual_json);
   if (options.center) visual.panel.center = *options.center;
   if (options.reverse_views) visual.panel.invert_views = !visual.panel.invert_views;

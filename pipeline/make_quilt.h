@@ -13,6 +13,16 @@
 
 namespace lamella {
 
+// Where the quilt of `source` (a folder) goes. `out` is a folder, where the quilt takes the
+// source's name, or a .png, to whose name the layout is added where it is not there. UsageError
+// where `out` names another format or layout.
+std::filesystem::path QuiltFile(const std::filesystem::path& out,
+                                const std::filesystem::path& source, const QuiltLayout& layout);
+// UsageError where the quilt has more than 2^29 pixels.
+void CheckQuiltSize(const QuiltLayout& layout, int tile_width_px, int tile_height_px);
+// Of nearest, linear, gaussian and wide-gaussian; UsageError with the nearest name otherwise.
+ViewFilter ViewFilterOf(const std::string& name);
+
 struct MakeQuiltOptions {
   QuiltLayout layout;          // without an aspect: that of the views
   bool right_to_left = false;  // the last file is the leftmost camera's
@@ -24,10 +34,8 @@ struct MadeQuilt {
 };
 
 // The pictures of a folder in the order of their names, numbers in them by their value, as 8-bit
-// sRGB codes; tiles without a view are black. `out` is a folder, where the quilt takes the views'
-// folder's name, or a .png, to whose name the layout is added where it is not there. InputError
-// where pictures differ in size; UsageError where there are more than tiles, the quilt has more
-// than 2^29 pixels, or `out` names another format or layout.
+// sRGB codes; tiles without a view are black. `out` as QuiltFile has it. InputError where pictures
+// differ in size; UsageError where there are more than tiles, or as QuiltFile and CheckQuiltSize.
 MadeQuilt MakeQuilt(const std::filesystem::path& views, const MakeQuiltOptions& options,
                     const std::filesystem::path& out, Progress& progress);
 

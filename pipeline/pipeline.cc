@@ -75,14 +75,8 @@ std::vector<Stage> Stages(const Workspace& w, PipelineOptions& o, Progress& p) {
 std::string InputsHash(const Workspace& workspace, const Stage& stage) {
   std::string text = stage.outside_hash();
   for (const std::string& name : stage.reads) {
-    const std::optional<StageRecord> record = LoadStageRecord(workspace, name);
-    if (!record || !record->finished) {
-      throw InputError(
-          workspace.root().string(),
-          fmt::format("the stage {} needs {}, which has not been run", stage.name, name),
-          fmt::format("run `lamella {}` or `lamella run` first", name));
-    }
-    text += fmt::format("\n{} {}", name, record->OutputsHash());
+    const StageRecord record = FinishedStage(workspace, name, "the stage " + stage.name);
+    text += fmt::format("\n{} {}", name, record.OutputsHash());
   }
   return ContentHash(text);
 }
@@ -160,6 +154,15 @@ PipelineOptions OptionsOf(const Workspace& workspace) {
   if (std::filesystem::exists(workspace.Options(), error))
     ApplyToml(workspace.Options(), Describe(options));
   return options;
+}
+
+StageRecord FinishedStage(const Workspace& workspace, const std::string& stage,
+                          const std::string& reader) {
+  std::optional<StageRecord> record = LoadStageRecord(workspace, stage);
+  if (record && record->finished) return *std::move(record);
+  throw InputError(workspace.root().string(),
+                   fmt::format("{} needs {}, which has not been run", reader, stage),
+                   fmt::format("run `lamella {}` or `lamella run` first", stage));
 }
 
 std::vector<StageStatus> StatusOf(const Workspace& workspace) {

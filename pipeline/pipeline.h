@@ -44,6 +44,11 @@ std::vector<StageStatus> StatusOf(const Workspace& workspace);
 // The options of the workspace's lamella.toml, or the defaults where there is none.
 PipelineOptions OptionsOf(const Workspace& workspace);
 
+// That of a stage which `reader` ("the stage layers") reads. InputError where it is not finished,
+// saying what to run.
+StageRecord FinishedStage(const Workspace& workspace, const std::string& stage,
+                          const std::string& reader);
+
 // Runs the stages from `first` to `last` that are not up to date; the stages before `first` must be
 // finished. Returns kDone, or kGate where a stage (now or earlier) missed its gate.
 ExitCode RunPipeline(const Workspace& workspace, PipelineOptions options, const std::string& first,

@@ -1,4 +1,6 @@
 // lamella quilt: views to a quilt, a quilt to its views, and to a Looking Glass panel's image.
+#include "pipeline/program/quilt.h"
+
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -9,7 +11,6 @@
 #include "lightfield/image_io.h"
 #include "pipeline/calibration_record.h"
 #include "pipeline/make_quilt.h"
-#include "pipeline/program/command_line.h"
 #include "pipeline/visual_json.h"
 
 namespace lamella {
@@ -184,6 +185,7 @@ void AddQuilt(CLI::App& program, Invocation& invocation) {
   CLI::App& app = *program.add_subcommand(
       "quilt", "quilts of views, and what a Looking Glass display shows of them");
   app.require_subcommand(1);
+  AddRenderQuilt(app, invocation);
   AddMake(app, invocation);
   AddSplit(app, invocation);
   AddNative(app, invocation);

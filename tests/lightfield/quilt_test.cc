@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "lightfield/published_quilts.h"
+
 namespace lamella {
 namespace {
 
@@ -72,6 +74,37 @@ TEST(Quilt, CountsViewsUpToTheLastBlackOnes) {
   EXPECT_EQ(QuiltViews(quilt.span(), layout), 0);
   PutQuiltView(quilt.span(), layout, 2, Image<Rgb8>(10, 10, {1, 1, 1}).span());
   EXPECT_EQ(QuiltViews(quilt.span(), layout), 3);  // black views before a lit one are views
+}
+
+// Through the camera and the middle of every pixel of the screen, seen from the front.
+TEST(QuiltRays, GoFromTheCameraThroughTheScreensPixels) {
+  QuiltCameras cameras;
+  cameras.views = 5;
+  const RayBundle rays = QuiltRays(cameras, 4, 3, 2);
+  const Ray top_left = rays.RayAt(0.5, 0.5), bottom_right = rays.RayAt(2.5, 1.5);
+  const QuiltCamera camera = CameraOf(cameras, 4);
+  EXPECT_GT(camera.x, 0);
+  EXPECT_EQ(top_left.origin, Eigen::Vector3d(camera.x, 0, camera.distance));
+  EXPECT_TRUE((top_left.origin + top_left.direction).isApprox(Eigen::Vector3d(-40, 40, 0), 1e-9));
+  EXPECT_TRUE(
+      (bottom_right.origin + bottom_right.direction).isApprox(Eigen::Vector3d(40, -40, 0), 1e-9));
+  EXPECT_TRUE(rays.Normal().isApprox(Eigen::Vector3d(0, 0, 1)));  // towards the viewer
+}
+
+// displays.md section 4.
+TEST(PublishedQuilt, IsTheDevices) {
+  const auto expect = [](const char* serial, bool upright, int columns, int rows, int width) {
+    const PublishedQuilt quilt = PublishedQuiltFor(serial, upright);
+    EXPECT_EQ(quilt.columns, columns) << serial;
+    EXPECT_EQ(quilt.rows, rows) << serial;
+    EXPECT_EQ(quilt.width_px, width) << serial;
+  };
+  expect("LKG-PORT-05935", true, 8, 6, 3360);
+  expect("LKG-J00133", false, 7, 7, 5999);
+  expect("LKG-2K-01234", false, 5, 9, 4096);
+  expect("LKG-E01234", true, 11, 6, 4092);
+  expect("my-own", true, 8, 6, 3360);
+  expect("", false, 5, 9, 4096);
 }
 
 }  // namespace
