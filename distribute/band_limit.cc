@@ -20,7 +20,7 @@ namespace {
 // below the beam's cut-off, and by 5 % beyond.
 constexpr double kWideningOfLimit = 0.3;
 constexpr double kFarthestOfLimit = -16;  // in viewing distances; behind it is infinity
-constexpr int kRowsOfStrip = 64;
+constexpr int kRowsOfStrip = 128;
 constexpr float kLeastWeight = 1e-4F;  // of light, to be divided by
 constexpr float kNowhere = -2;         // the place of what is not known
 
@@ -190,14 +190,15 @@ class StripOfLimit {
 
 void StripOfLimit::BlurAlongX(std::size_t part, int y, const SectionFilter& filter,
                               int first_column, int count, Light* out) {
-  row_.assign(static_cast<std::size_t>(count + 2 * filter.outer()), {});
-  half_blurred_.resize(static_cast<std::size_t>(count + 2 * filter.inner()));
+  const int half_blurred = count + 2 * filter.inner(), all = count + 2 * filter.outer();
+  row_.assign(static_cast<std::size_t>(all), {});
+  half_blurred_.resize(static_cast<std::size_t>(half_blurred));
   const int origin = first_column - filter.outer();
   const ColumnRun& run = sorted_.runs(static_cast<int>(part), y);
   for (int x = run.first; x < run.end; ++x) {
     row_[static_cast<std::size_t>(x - origin)] = sorted_.LightOf(sorted_.limit.parts[part], x, y);
   }
-  BlurRow(filter.opening, row_.data() + filter.opening.core + 1, count + 2 * filter.inner(),
+  BlurRow(filter.opening, row_.data() + filter.opening.core + 1, half_blurred,
           half_blurred_.data());
   BlurRow(filter.emitter, half_blurred_.data() + filter.inner(), count, out);
 }

@@ -8,7 +8,7 @@
 namespace lamella {
 namespace {
 
-constexpr int kPixels = 41;
+constexpr int kPixels = 41, kMiddle = kPixels / 2;
 
 // A row with one pixel of light in its middle, and room for what any of these filters reads.
 std::vector<Light> Blurred(const BoxFilter& box, const std::vector<Light>& row) {
@@ -22,7 +22,7 @@ std::vector<Light> Blurred(const BoxFilter& box, const std::vector<Light>& row) 
 
 std::vector<Light> Spike(float light) {
   std::vector<Light> row(kPixels);
-  row[kPixels / 2] = {light, 2 * light, 3 * light, 1};
+  row[kMiddle] = {light, 2 * light, 3 * light, 1};
   return row;
 }
 
@@ -34,7 +34,7 @@ TEST(BoxBlur, HasTheVarianceOfTheBoxAtEveryWidth) {
       const double weight = static_cast<double>(blurred[static_cast<std::size_t>(i)].g) / 2;
       EXPECT_GE(weight, 0);
       sum += weight;
-      variance += weight * (i - kPixels / 2) * (i - kPixels / 2);
+      variance += weight * (i - kMiddle) * (i - kMiddle);
     }
     EXPECT_NEAR(sum, 1, 1e-6) << width;
     EXPECT_NEAR(variance, width * width / 12, 1e-4) << width;
@@ -60,7 +60,7 @@ TEST(BoxBlur, BlursColumnsAsRows) {
     const std::vector<Light> row = Blurred(box, Spike(0.7F));
     const int room = box.core + 1;
     Image<Light> in(2, kPixels + 2 * room), out(2, kPixels);
-    in(1, kPixels / 2 + room) = Spike(0.7F)[kPixels / 2];
+    in(1, kMiddle + room) = Spike(0.7F)[kMiddle];
     BlurColumns(box, in.span(), out.span());
     for (int y = 0; y < kPixels; ++y) {
       EXPECT_EQ(out(1, y).b, row[static_cast<std::size_t>(y)].b) << width << " " << y;
