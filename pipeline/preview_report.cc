@@ -57,14 +57,18 @@ class MeanOfFigures {
   int count_ = 0;
 };
 
+// Displays have a band-limited target for all eyes or for none.
+bool IsBandLimited(const PreviewResult& result) { return result.grid[0].band_limit.has_value(); }
+
 // The means' fields of metrics.json.
-Json ToJson(const GridMeans& means) {
+Json MeansJson(const PreviewResult& result) {
+  const GridMeans means = MeansOf(result);
   Json json = {{"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
                {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
                {"ssim_seen", Number(means.ssim_seen)},
                {"known", Number(means.known)},
                {"seen", Number(means.seen)}};
-  if (means.to_band_limited_db) {
+  if (IsBandLimited(result)) {
     json["to_band_limited"] = {{"psnr_srgb_seen_db", Number(means.to_band_limited_db)},
                                {"ssim_seen", Number(means.to_band_limited_ssim)}};
     json["band_limited_to_target"] = {
@@ -324,11 +328,12 @@ std::string Similarity(const std::optional<double>& ssim) {
 }
 
 // The means of the eyes that the page moves between.
-PageTable TableOfMeans(const GridMeans& means) {
+PageTable TableOfMeans(const PreviewResult& result) {
+  const GridMeans means = MeansOf(result);
   PageTable table{"Means over the eyes above", {"Compared", "PSNR, dB (sRGB)", "SSIM"}, {}};
   table.rows.push_back(
       {"simulated, target", Decibels(means.psnr_seen_db), Similarity(means.ssim_seen)});
-  if (means.to_band_limited_db) {
+  if (IsBandLimited(result)) {
     table.rows.push_back({"simulated, band-limited target", Decibels(means.to_band_limited_db),
                           Similarity(means.to_band_limited_ssim)});
     table.rows.push_back(
@@ -364,7 +369,7 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
   const auto position = [](const Eye& eye) {
     return Millimetres(eye.position.x()) + ", " + Millimetres(eye.position.y());
   };
-  page.tables.push_back(TableOfMeans(MeansOf(result)));
+  page.tables.push_back(TableOfMeans(result));
   if (!result.further.empty()) {
     page.tables.push_back(
         TableOfEyes("Further eyes, simulated against target", "Eye, mm", result.further, position));
@@ -434,18 +439,12 @@ std::string MetricsJson(const PreviewResult& result, const PreviewOptions& optio
   }
   for (const CapturedResult& view : result.captured) captured.push_back(ToJson(view));
   const Eye& eye = result.grid[0].eye;
-  const Json json = {{"format_version", 1},
-                     {"border_px", options.border_px},
-                     {"source", options.source},
-                     {"width_px", eye.width},
-                     {"height_px", eye.height},
-                     {"pixel_mm", eye.pixel_mm},
-                     {"left_mm", eye.left_mm},
-                     {"top_mm", eye.top_mm},
-                     {"mean", ToJson(MeansOf(result))},
-                     {"eyes", grid},
-                     {"further_eyes", further},
-                     {"focus", focus},
+  const Json json = {{"format_version", 1},       {"border_px", options.border_px},
+                     {"source", options.source},  {"width_px", eye.width},
+                     {"height_px", eye.height},   {"pixel_mm", eye.pixel_mm},
+                     {"left_mm", eye.left_mm},    {"top_mm", eye.top_mm},
+                     {"mean", MeansJson(result)}, {"eyes", grid},
+                     {"further_eyes", further},   {"focus", focus},
                      {"captured_views", captured}};
   // Names of files need not be UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -491,15 +490,14 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "
-      "target is the capture rendered along "
-      "the same lines of sight without a display.{}",
-      options.border_px,
-      result.grid[0].band_limit ? " The band-limited target is that blurred depth by depth as wide "
-                                  "as the beams are of the "
-                                  "layers that show it: what they can carry. What is between it "
-                                  "and the simulated picture "
-                                  "is the display's own error."
-                                : "");
+      "target is the capture rendered along the same lines of sight without a display.",
+      options.border_px);
+  if (IsBandLimited(result)) {
+    page.metrics_note +=
+        " The band-limited target is that blurred depth by depth, as wide as the beams are of the "
+        "layers that show it: what they can carry. What is between it and the simulated picture is "
+        "the display's own error.";
+  }
   AddTables(result, page);
   return page;
 }
