@@ -126,11 +126,7 @@ void AddCutoffs(const Display& display, Analysis& analysis) {
 template <class Form>
 std::vector<std::vector<double>> Row(const Display& display, const Analysis& analysis,
                                      const std::vector<AxisBeam>& beams, Form form) {
-  std::vector<double> positions;
-  for (const Layer& layer : display.layers) {
-    positions.push_back(layer.position_mm + display.border_offset_mm);
-  }
-  const LayerWeights weights(positions, display.border_mm);
+  const LayerWeights weights = WeightsOf(display);
   std::vector<std::vector<double>> row;
   for (const double frequency : analysis.frequencies) {
     std::vector<double>& values = row.emplace_back();

@@ -23,4 +23,12 @@ LayerWeights::LayerWeights(std::span<const double> positions_mm, double border_m
   }
 }
 
+LayerWeights WeightsOf(const Display& display) {
+  std::vector<double> positions;
+  for (const Layer& layer : display.layers) {
+    positions.push_back(layer.position_mm + display.border_offset_mm);
+  }
+  return {positions, display.border_mm};
+}
+
 }  // namespace lamella

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "lightfield/display.h"
+
 namespace lamella {
 
 // Weights of layers by the depth of what is seen. Between neighbouring layers, over a width w
@@ -47,5 +49,8 @@ class LayerWeights {
   static std::size_t Index(int i) { return static_cast<std::size_t>(i); }
   std::vector<Border> borders_;
 };
+
+// With the display's own borders.
+LayerWeights WeightsOf(const Display& display);
 
 }  // namespace lamella

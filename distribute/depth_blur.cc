@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
+#include "distribute/blur_planes.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -14,26 +14,7 @@ namespace {
 
 // By how much of itself a beam's width may change from plane to plane.
 constexpr double kWidening = 0.5;
-constexpr double kNearestPlane = 0.5, kFarthestPlane = -1;  // planes, in viewing distances
-
-struct BeamOfLayer {
-  AxisBeam beam;
-  double layer_mm = 0;
-};
-
-// The step from a plane to the next one that keeps to kWidening: widths are piecewise linear in z.
-double StepMm(const std::vector<BeamOfLayer>& of_layers, double z) {
-  double step = std::numeric_limits<double>::infinity();
-  for (const auto& [beam, layer_mm] : of_layers) {
-    const double width =
-        std::max(beam.OpeningBlurMm(z - layer_mm) + beam.EmitterBlurMm(z - layer_mm),
-                 0.1 * beam.aperture_mm);
-    const double change = beam.aperture_mm * std::abs(beam.kappa_per_mm()) +
-                          beam.emitter_width_mm / std::abs(beam.d0_mm);
-    step = std::min(step, kWidening * width / change);
-  }
-  return step;
-}
+constexpr double kFarthestPlane = -1;  // in viewing distances
 
 // The integral of box(a) * box(b), of areas 1, from -inf to t.
 double AreaOfSection(double a, double b, double t) {
@@ -151,26 +132,14 @@ std::vector<LayerSums> ZerosLike(const std::vector<LayerSums>& sums) {
 
 }  // namespace
 
-std::vector<double> BlurPlanes(const Display& display, const std::vector<LayerBeams>& beams) {
+std::vector<double> DepthBlurPlanes(const Display& display, const std::vector<LayerBeams>& beams) {
   std::vector<BeamOfLayer> of_layers;
   for (std::size_t layer = 0; layer < beams.size(); ++layer) {
     const std::vector<EmitterBeam>& columns = beams[layer].columns.at(0);
     // One stands for all: they are equally wide.
     if (!columns.empty()) of_layers.push_back({columns[0].beam, display.layers[layer].position_mm});
   }
-  const double back = display.layers.front().position_mm;
-  std::vector<double> planes{back};
-  if (of_layers.empty()) return planes;  // nothing is lit
-  while (planes.back() > kFarthestPlane * display.viewing_distance_mm) {
-    planes.push_back(planes.back() - StepMm(of_layers, planes.back()));
-  }
-  std::reverse(planes.begin(), planes.end());
-  const double nearest =
-      std::max(kNearestPlane * display.viewing_distance_mm, display.layers.back().position_mm);
-  while (planes.back() < nearest) {
-    planes.push_back(std::min(planes.back() + StepMm(of_layers, planes.back()), nearest));
-  }
-  return planes;
+  return BlurPlanes(display, of_layers, kWidening, kFarthestPlane * display.viewing_distance_mm);
 }
 
 AxisOverlaps BlurOverlapsOf(std::span<const EmitterBeam> beams, double layer_mm,

@@ -23,10 +23,10 @@
 
 namespace lamella {
 
-// Rising depths z, mm, for which overlaps are made: no beam is half as wide again at one as at its
-// neighbour. They end half the viewing distance before the display and one behind it; what is
-// beyond is blurred as it is there. `beams[layer]` is EnclosingBeamsOf.
-std::vector<double> BlurPlanes(const Display& display, const std::vector<LayerBeams>& beams);
+// BlurPlanes for which overlaps are made: no beam is half as wide again at one as at its neighbour.
+// They reach one viewing distance behind the display; what is beyond is blurred as it is there.
+// `beams[layer]` is EnclosingBeamsOf.
+std::vector<double> DepthBlurPlanes(const Display& display, const std::vector<LayerBeams>& beams);
 
 // As OverlapsOf, of the one node nearest to each beam's central line and the samples that the
 // beam's section on z = content_mm is seen in from there. For beams whose elements stand in the

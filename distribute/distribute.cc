@@ -76,7 +76,7 @@ NodeLattice NodesOf(const Display& display, const std::vector<LayerBeams>& beams
                     const LayersOptions& options) {
   NodeLattice nodes = NodesFor(
       display, beams, options.nodes_per_step, options.samples_per_pixel, KernelOf(options.kernel),
-      options.prefilter == "blur" ? BlurPlanes(display, beams) : std::vector<double>());
+      options.prefilter == "blur" ? DepthBlurPlanes(display, beams) : std::vector<double>());
   if (own_beams) WidenSamples(display, options.samples_per_pixel, nodes.samples_x);
   if (own_beams) WidenSamples(display, options.samples_per_pixel, nodes.samples_y);
   nodes.scatter = options.scatter;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "depth/resize_area.h"
 #include "distribute/metrics.h"
@@ -29,51 +30,100 @@ std::vector<RayBundle> BundlesOfTarget(const Eye& eye, double mm_per_view_px) {
   return bundles;
 }
 
+// Where an eye's light passes, and the rays from there.
+struct PupilPoint {
+  Eye eye;
+  std::vector<RayBundle> bundles;
+};
+
 // Of the pupil's points each has one of its four bundles by turns: together they are spread over
 // the pixel as well.
-std::vector<RayBundle> BundlesOfTarget(const Eye& eye, const Pupil& pupil, double mm_per_view_px) {
-  std::vector<RayBundle> bundles;
-  for (const Eye& sample : PupilSamples(eye, pupil)) {
+std::vector<PupilPoint> PointsOfTarget(const Eye& eye, const std::optional<Pupil>& pupil,
+                                       double mm_per_view_px) {
+  if (!pupil) return {{eye, BundlesOfTarget(eye, mm_per_view_px)}};
+  std::vector<PupilPoint> points;
+  for (const Eye& sample : PupilSamples(eye, *pupil)) {
     const std::vector<RayBundle> of_sample = BundlesOfTarget(sample, mm_per_view_px);
-    bundles.push_back(of_sample[bundles.size() % of_sample.size()]);
+    points.push_back({sample, {of_sample[points.size() % of_sample.size()]}});
   }
-  return bundles;
+  return points;
 }
 
 // Adds a bundle of a whole number of rays a pixel and axis.
-void AddRays(ImageSpan<const RaySample> samples, float weight, Image<Rgb>& color,
-             Image<float>& share) {
-  const int split = samples.width / color.width();
-  ParallelFor(0, color.height(), 16, [&](std::int64_t first, std::int64_t last) {
+void AddRays(ImageSpan<const RaySample> samples, float weight, const Eye& eye, SeenScene& scene) {
+  const int split = samples.width / eye.width;
+  const auto plane_mm = static_cast<float>(eye.plane_mm);
+  ParallelFor(0, eye.height, 16, [&](std::int64_t first, std::int64_t last) {
     for (int y = static_cast<int>(first) * split; y < static_cast<int>(last) * split; ++y) {
       const RaySample* row = samples.row(y);
       for (int x = 0; x < samples.width; ++x) {
-        color(x / split, y / split) += weight * row[x].color;
-        share(x / split, y / split) += weight * row[x].coverage;
+        const int column = x / split, line = y / split;
+        scene.color(column, line) += weight * row[x].color;
+        scene.coverage(column, line) += weight * row[x].coverage;
+        float& z = scene.z(column, line);
+        if (row[x].coverage > 0) z = std::max(z, plane_mm + row[x].z);
       }
     }
   });
 }
 
+SeenScene SeenFrom(const RaySource& placed, const PupilPoint& point) {
+  const int width = point.bundles[0].width, height = point.bundles[0].height;
+  const Eye& eye = point.eye;
+  SeenScene scene{Image<Rgb>(eye.width, eye.height),
+                  Image<float>(eye.width, eye.height, -std::numeric_limits<float>::infinity()),
+                  Image<float>(eye.width, eye.height)};
+  const auto rays = static_cast<double>(point.bundles.size()) * width * height;
+  const auto weight = static_cast<float>(static_cast<double>(eye.width) * eye.height / rays);
+  Image<RaySample> samples(width, height);
+  for (const RayBundle& bundle : point.bundles) {
+    placed.Query(bundle, {0, 0, width, height}, samples.span());
+    AddRays(samples.span(), weight, eye, scene);
+  }
+  return scene;
+}
+
+// Sums of pictures, each times a weight.
+void AddPicture(const Image<Rgb>& picture, float weight, Image<Rgb>& sum) {
+  if (sum.empty()) sum = Image<Rgb>(picture.width(), picture.height());
+  for (std::size_t i = 0; i < sum.size(); ++i) sum.data()[i] += weight * picture.data()[i];
+}
+
+Image<float> KnownToBoth(const PreviewPicture& a, const PreviewPicture& b) {
+  Image<float> both(a.share.width(), a.share.height());
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    both.data()[i] = std::min(a.share.data()[i], b.share.data()[i]);
+  }
+  return both;
+}
+
+PreviewMetrics CompareCodes(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
+                            const Image<float>& known, int border_px) {
+  const MetricRegion all{border_px, {}}, seen{border_px, known.span()};
+  const std::vector<std::optional<double>> ssim = SsimOfRegions(a, b, {all, seen});
+  return {Psnr(a, b, all), Psnr(a, b, seen), ssim[0], ssim[1]};
+}
+
 }  // namespace
 
-PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye,
-                            const std::optional<Pupil>& pupil, double mm_per_view_px) {
-  const std::vector<RayBundle> bundles =
-      pupil ? BundlesOfTarget(eye, *pupil, mm_per_view_px) : BundlesOfTarget(eye, mm_per_view_px);
-  const int width = bundles[0].width, height = bundles[0].height;
-  const auto rays = static_cast<double>(bundles.size()) * width * height;
-  const auto weight = static_cast<float>(static_cast<double>(eye.width) * eye.height / rays);
-  Image<Rgb> color(eye.width, eye.height);
-  PreviewPicture picture;
-  picture.share = Image<float>(eye.width, eye.height);
-  Image<RaySample> samples(width, height);
-  for (const RayBundle& bundle : bundles) {
-    placed.Query(bundle, {0, 0, width, height}, samples.span());
-    AddRays(samples.span(), weight, color, picture.share);
+EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optional<Pupil>& pupil,
+                       double mm_per_view_px, const BandLimit* limit) {
+  const std::vector<PupilPoint> points = PointsOfTarget(eye, pupil, mm_per_view_px);
+  const float weight = 1.0F / static_cast<float>(points.size());
+  EyeTarget target;
+  target.picture.share = Image<float>(eye.width, eye.height);
+  Image<Rgb> color, limited;
+  for (const PupilPoint& point : points) {
+    const SeenScene scene = SeenFrom(placed, point);
+    AddPicture(scene.color, weight, color);
+    for (std::size_t i = 0; i < scene.coverage.size(); ++i) {
+      target.picture.share.data()[i] += weight * scene.coverage.data()[i];
+    }
+    if (limit != nullptr) AddPicture(BandLimited(scene, *limit, point.eye), weight, limited);
   }
-  picture.codes = EncodeSrgb8(color.span());
-  return picture;
+  target.picture.codes = EncodeSrgb8(color.span());
+  if (limit != nullptr) target.band_limited = EncodeSrgb8(limited.span());
+  return target;
 }
 
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
@@ -89,13 +139,13 @@ PreviewPicture RenderSimulated(const CalibratedEyes& display, const Eye& eye,
   return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
 }
 
-void LoseColor(PreviewPicture& picture) {
-  Image<Rgb> light = DecodeSrgb8(picture.codes.span());
+void LoseColor(Image<Rgb8>& codes) {
+  Image<Rgb> light = DecodeSrgb8(codes.span());
   for (std::size_t i = 0; i < light.size(); ++i) {
     const float grey = Luminance(light.data()[i]);
     light.data()[i] = {grey, grey, grey};
   }
-  picture.codes = EncodeSrgb8(light.span());
+  codes = EncodeSrgb8(light.span());
 }
 
 PreviewPicture CapturedPicture(ImageSpan<const Rgb> photograph, const CapturedEye& captured) {
@@ -105,15 +155,17 @@ PreviewPicture CapturedPicture(ImageSpan<const Rgb> photograph, const CapturedEy
 }
 
 PreviewMetrics Compare(const PreviewPicture& a, const PreviewPicture& b, int border_px) {
-  Image<float> both(a.share.width(), a.share.height());
-  for (std::size_t i = 0; i < both.size(); ++i) {
-    both.data()[i] = std::min(a.share.data()[i], b.share.data()[i]);
-  }
-  const MetricRegion all{border_px, {}}, seen{border_px, both.span()};
-  const std::vector<std::optional<double>> ssim =
-      SsimOfRegions(a.codes.span(), b.codes.span(), {all, seen});
-  return {Psnr(a.codes.span(), b.codes.span(), all), Psnr(a.codes.span(), b.codes.span(), seen),
-          ssim[0], ssim[1]};
+  return CompareCodes(a.codes.span(), b.codes.span(), KnownToBoth(a, b), border_px);
+}
+
+BandLimitMetrics CompareToBandLimited(const PreviewPicture& simulated, const EyeTarget& target,
+                                      int border_px) {
+  const ImageSpan<const Rgb8> limited = target.band_limited.span();
+  const ImageSpan<const Rgb8> unlimited = target.picture.codes.span();
+  const MetricRegion all{border_px, {}}, seen{border_px, target.picture.share.span()};
+  return {CompareCodes(simulated.codes.span(), limited, KnownToBoth(simulated, target.picture),
+                       border_px),
+          {Psnr(unlimited, limited, all), Psnr(unlimited, limited, seen), {}, {}}};
 }
 
 double MeanShare(const PreviewPicture& picture) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "distribute/band_limit.h"
 #include "distribute/distribute.h"
 #include "distribute/simulate_eye.h"
 #include "lightfield/display.h"
@@ -23,16 +24,22 @@ struct PreviewPicture {
   Image<float> share;
 };
 
+struct EyeTarget {
+  PreviewPicture picture;
+  Image<Rgb8> band_limited;  // the same as the display's beams carry it; empty: no limit was given
+};
+
 // The scene along the eye's rays: the mean over each pixel, as the simulated eye's is, by 2 x 2
 // rays; through a pupil one or four for each of its points. An eye without a pupil is a pinhole.
-PreviewPicture RenderTarget(const RaySource& placed, const Eye& eye,
-                            const std::optional<Pupil>& pupil, double mm_per_view_px);
+// A pixel is blurred to the `limit` (may be null) as far away as the nearest thing in it is.
+EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optional<Pupil>& pupil,
+                       double mm_per_view_px, const BandLimit* limit);
 PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
                                const std::optional<Pupil>& pupil);
 PreviewPicture RenderSimulated(const CalibratedEyes& display, const Eye& eye,
                                const std::optional<Pupil>& pupil);
 // Every pixel becomes the grey of its luminance.
-void LoseColor(PreviewPicture& picture);
+void LoseColor(Image<Rgb8>& codes);
 // A captured view on the raster of its eye.
 PreviewPicture CapturedPicture(ImageSpan<const Rgb> photograph, const CapturedEye& captured);
 
@@ -42,6 +49,13 @@ struct PreviewMetrics {
   std::optional<double> ssim, ssim_seen;
 };
 PreviewMetrics Compare(const PreviewPicture& a, const PreviewPicture& b, int border_px);
+
+// What an eye sees, and the target itself, against the band-limited target; SSIM of the first only.
+struct BandLimitMetrics {
+  PreviewMetrics simulated, target;
+};
+BandLimitMetrics CompareToBandLimited(const PreviewPicture& simulated, const EyeTarget& target,
+                                      int border_px);
 
 double MeanShare(const PreviewPicture& picture);
 

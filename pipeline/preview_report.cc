@@ -40,6 +40,43 @@ Json ToJson(const PreviewMetrics& metrics) {
           {"ssim_seen", Number(metrics.ssim_seen)}};
 }
 
+// Of the figures that there are and that are finite; nothing without any.
+class MeanOfFigures {
+ public:
+  void Add(const std::optional<double>& value) {
+    if (!value || !std::isfinite(*value)) return;
+    sum_ += *value;
+    ++count_;
+  }
+  std::optional<double> Value() const {
+    return count_ > 0 ? std::optional(sum_ / count_) : std::nullopt;
+  }
+
+ private:
+  double sum_ = 0;
+  int count_ = 0;
+};
+
+// Displays have a band-limited target for all eyes or for none.
+bool IsBandLimited(const PreviewResult& result) { return result.grid[0].band_limit.has_value(); }
+
+// The means' fields of metrics.json.
+Json MeansJson(const PreviewResult& result) {
+  const GridMeans means = MeansOf(result);
+  Json json = {{"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
+               {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
+               {"ssim_seen", Number(means.ssim_seen)},
+               {"known", Number(means.known)},
+               {"seen", Number(means.seen)}};
+  if (IsBandLimited(result)) {
+    json["to_band_limited"] = {{"psnr_srgb_seen_db", Number(means.to_band_limited_db)},
+                               {"ssim_seen", Number(means.to_band_limited_ssim)}};
+    json["band_limited_to_target"] = {
+        {"psnr_srgb_seen_db", Number(means.band_limited_to_target_db)}};
+  }
+  return json;
+}
+
 Json PositionOf(const Eye& eye) {
   const auto rounded = [](double mm) { return std::round(mm * 1e6) / 1e6; };
   return {rounded(eye.position.x()), rounded(eye.position.y()), rounded(eye.position.z())};
@@ -51,8 +88,14 @@ Json ToJson(const EyeResult& eye) {
                {"simulated", "views/eye_" + eye.name + ".png"},
                {"target", "views/target_" + eye.name + ".png"},
                {"known", Number(MeanShare(eye.simulated))},
-               {"seen", Number(MeanShare(eye.target))}};
+               {"seen", Number(MeanShare(eye.target.picture))}};
   json.update(ToJson(eye.metrics));
+  if (eye.band_limit) {
+    json["to_band_limited"] = ToJson(eye.band_limit->simulated);
+    const PreviewMetrics& target = eye.band_limit->target;
+    json["band_limited_to_target"] = {{"psnr_srgb_db", Number(target.psnr_db)},
+                                      {"psnr_srgb_seen_db", Number(target.psnr_seen_db)}};
+  }
   return json;
 }
 
@@ -77,7 +120,7 @@ std::vector<std::string> EncodeEyes(const PreviewResult& result, int width, int 
   ParallelForEach(0, static_cast<std::int64_t>(uris.size()), [&](std::int64_t i) {
     const std::size_t at = static_cast<std::size_t>(i);
     const EyeResult& eye = result.grid[at / 2];
-    const Image<Rgb8>& codes = at % 2 == 0 ? eye.simulated.codes : eye.target.codes;
+    const Image<Rgb8>& codes = at % 2 == 0 ? eye.simulated.codes : eye.target.picture.codes;
     uris[at] =
         codes.width() <= width
             ? DataUri(codes.span(), "jpeg", quality)
@@ -96,7 +139,7 @@ void AddFocus(const PreviewResult& result, PreviewPage& page) {
       return DataUri(PageCodes(light.span(), page.width).span(), "jpeg", 82);
     };
     page.focus[static_cast<std::size_t>(i)] = {eye.eye.plane_mm, uri(eye.simulated),
-                                               uri(eye.target), eye.metrics.psnr_seen_db,
+                                               uri(eye.target.picture), eye.metrics.psnr_seen_db,
                                                eye.metrics.ssim_seen};
   });
   if (!result.focus.empty()) page.pupil_mm = result.focus[0].pupil->diameter_mm;
@@ -122,7 +165,7 @@ void AddEyes(const PreviewResult& result, PreviewPage& page) {
     const EyeResult& eye = result.grid[i];
     page.eyes.push_back({std::move(uris[2 * i]), std::move(uris[2 * i + 1]),
                          eye.metrics.psnr_seen_db, eye.metrics.ssim_seen, MeanShare(eye.simulated),
-                         MeanShare(eye.target)});
+                         MeanShare(eye.target.picture)});
   }
 }
 
@@ -283,32 +326,61 @@ void AddPictures(const Workspace& workspace, const LayersRecord& record, const V
   ParallelForEach(0, std::ssize(parts), [&](std::int64_t i) { parts[i](); });
 }
 
+std::string Similarity(const std::optional<double>& ssim) {
+  return ssim ? fmt::format("{:.3f}", *ssim) : "-";
+}
+
+// The means of the eyes that the page moves between.
+PageTable TableOfMeans(const PreviewResult& result) {
+  const GridMeans means = MeansOf(result);
+  PageTable table{"Means over the eyes above", {"Compared", "PSNR, dB (sRGB)", "SSIM"}, {}};
+  table.rows.push_back(
+      {"simulated, target", Decibels(means.psnr_seen_db), Similarity(means.ssim_seen)});
+  if (IsBandLimited(result)) {
+    table.rows.push_back({"simulated, band-limited target", Decibels(means.to_band_limited_db),
+                          Similarity(means.to_band_limited_ssim)});
+    table.rows.push_back(
+        {"band-limited target, target", Decibels(means.band_limited_to_target_db), "-"});
+  }
+  return table;
+}
+
+// A row for each eye, under the column `place`.
+PageTable TableOfEyes(const std::string& title, const std::string& place,
+                      const std::vector<EyeResult>& eyes,
+                      const std::function<std::string(const Eye&)>& place_of) {
+  PageTable table{title, {place, "PSNR, dB (sRGB)", "of all pixels", "SSIM"}, {}};
+  const bool limited = eyes[0].band_limit.has_value();
+  if (limited) {
+    for (const char* column : {"PSNR to band-limited", "SSIM to band-limited", "of band-limited"}) {
+      table.columns.emplace_back(column);
+    }
+  }
+  for (const EyeResult& eye : eyes) {
+    std::vector<std::string>& row = table.rows.emplace_back();
+    row = {place_of(eye.eye), Decibels(eye.metrics.psnr_seen_db), Decibels(eye.metrics.psnr_db),
+           Similarity(eye.metrics.ssim_seen)};
+    if (!limited) continue;
+    row.push_back(Decibels(eye.band_limit->simulated.psnr_seen_db));
+    row.push_back(Similarity(eye.band_limit->simulated.ssim_seen));
+    row.push_back(Decibels(eye.band_limit->target.psnr_seen_db));
+  }
+  return table;
+}
+
 void AddTables(const PreviewResult& result, PreviewPage& page) {
   const auto position = [](const Eye& eye) {
     return Millimetres(eye.position.x()) + ", " + Millimetres(eye.position.y());
   };
+  page.tables.push_back(TableOfMeans(result));
   if (!result.further.empty()) {
-    PageTable table{"Further eyes, simulated against target",
-                    {"Eye, mm", "PSNR, dB (sRGB)", "of all pixels", "SSIM"},
-                    {}};
-    for (const EyeResult& eye : result.further) {
-      table.rows.push_back(
-          {position(eye.eye), Decibels(eye.metrics.psnr_seen_db), Decibels(eye.metrics.psnr_db),
-           eye.metrics.ssim_seen ? fmt::format("{:.3f}", *eye.metrics.ssim_seen) : "-"});
-    }
-    page.tables.push_back(std::move(table));
+    page.tables.push_back(
+        TableOfEyes("Further eyes, simulated against target", "Eye, mm", result.further, position));
   }
   if (!result.focus.empty()) {
-    PageTable table{"The eye in the middle, focused; simulated against target",
-                    {"Focused on, mm", "PSNR, dB (sRGB)", "of all pixels", "SSIM"},
-                    {}};
-    for (const EyeResult& eye : result.focus) {
-      table.rows.push_back(
-          {Millimetres(eye.eye.plane_mm), Decibels(eye.metrics.psnr_seen_db),
-           Decibels(eye.metrics.psnr_db),
-           eye.metrics.ssim_seen ? fmt::format("{:.3f}", *eye.metrics.ssim_seen) : "-"});
-    }
-    page.tables.push_back(std::move(table));
+    page.tables.push_back(TableOfEyes("The eye in the middle, focused; simulated against target",
+                                      "Focused on, mm", result.focus,
+                                      [](const Eye& eye) { return Millimetres(eye.plane_mm); }));
   }
   if (result.captured.empty()) return;
   PageTable table{"Captured views that stand at an eye position, PSNR in dB (sRGB)",
@@ -340,24 +412,28 @@ std::string Decibels(const std::optional<double>& value) {
 
 GridMeans MeansOf(const PreviewResult& result) {
   GridMeans means;
-  double psnr = 0, ssim = 0, num_psnr = 0, num_ssim = 0;
+  MeanOfFigures psnr, ssim, to_limited, to_limited_ssim, limited;
   const double n = static_cast<double>(result.grid.size());
   for (const EyeResult& eye : result.grid) {
     const std::optional<double>& decibels = eye.metrics.psnr_seen_db;
+    psnr.Add(decibels);
+    ssim.Add(eye.metrics.ssim_seen);
     if (decibels && std::isfinite(*decibels)) {
-      psnr += *decibels;
-      ++num_psnr;
       means.worst_psnr_seen_db = std::min(means.worst_psnr_seen_db.value_or(*decibels), *decibels);
     }
-    if (eye.metrics.ssim_seen) {
-      ssim += *eye.metrics.ssim_seen;
-      ++num_ssim;
+    if (eye.band_limit) {
+      to_limited.Add(eye.band_limit->simulated.psnr_seen_db);
+      to_limited_ssim.Add(eye.band_limit->simulated.ssim_seen);
+      limited.Add(eye.band_limit->target.psnr_seen_db);
     }
     means.known += MeanShare(eye.simulated) / n;
-    means.seen += MeanShare(eye.target) / n;
+    means.seen += MeanShare(eye.target.picture) / n;
   }
-  if (num_psnr > 0) means.psnr_seen_db = psnr / num_psnr;
-  if (num_ssim > 0) means.ssim_seen = ssim / num_ssim;
+  means.psnr_seen_db = psnr.Value();
+  means.ssim_seen = ssim.Value();
+  means.to_band_limited_db = to_limited.Value();
+  means.to_band_limited_ssim = to_limited_ssim.Value();
+  means.band_limited_to_target_db = limited.Value();
   return means;
 }
 
@@ -373,24 +449,12 @@ std::string MetricsJson(const PreviewResult& result, const PreviewOptions& optio
   }
   for (const CapturedResult& view : result.captured) captured.push_back(ToJson(view));
   const Eye& eye = result.grid[0].eye;
-  const GridMeans means = MeansOf(result);
-  const Json json = {{"format_version", 1},
-                     {"border_px", options.border_px},
-                     {"source", options.source},
-                     {"width_px", eye.width},
-                     {"height_px", eye.height},
-                     {"pixel_mm", eye.pixel_mm},
-                     {"left_mm", eye.left_mm},
-                     {"top_mm", eye.top_mm},
-                     {"mean",
-                      {{"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
-                       {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
-                       {"ssim_seen", Number(means.ssim_seen)},
-                       {"known", Number(means.known)},
-                       {"seen", Number(means.seen)}}},
-                     {"eyes", grid},
-                     {"further_eyes", further},
-                     {"focus", focus},
+  const Json json = {{"format_version", 1},       {"border_px", options.border_px},
+                     {"source", options.source},  {"width_px", eye.width},
+                     {"height_px", eye.height},   {"pixel_mm", eye.pixel_mm},
+                     {"left_mm", eye.left_mm},    {"top_mm", eye.top_mm},
+                     {"mean", MeansJson(result)}, {"eyes", grid},
+                     {"further_eyes", further},   {"focus", focus},
                      {"captured_views", captured}};
   // Names of files need not be UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -437,9 +501,14 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "
-      "target is the capture rendered along "
-      "the same lines of sight without a display.",
+      "target is the capture rendered along the same lines of sight without a display.",
       options.border_px);
+  if (IsBandLimited(result)) {
+    page.metrics_note +=
+        " The band-limited target is that blurred depth by depth, as wide as the beams are of the "
+        "layers that show it: what they can carry. What is between it and the simulated picture is "
+        "the display's own error.";
+  }
   AddTables(result, page);
   return page;
 }

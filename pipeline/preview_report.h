@@ -18,8 +18,10 @@ struct EyeResult {
   std::string name;  // RR_CC of the grid, "further_NN" of options.eyes, "focus_NN"
   Eye eye;
   std::optional<Pupil> pupil = {};  // none: a pinhole
-  PreviewPicture simulated, target;
+  PreviewPicture simulated;
+  EyeTarget target;  // band_limited is gone once it is compared
   PreviewMetrics metrics;
+  std::optional<BandLimitMetrics> band_limit = {};  // nothing where the display has no BandLimit
 };
 
 struct CapturedResult {
@@ -46,6 +48,8 @@ std::string Decibels(const std::optional<double>& value);
 // black and the target a guess.
 struct GridMeans {
   std::optional<double> psnr_seen_db, worst_psnr_seen_db, ssim_seen;
+  // Against the band-limited target: of what the eyes see, and of the target.
+  std::optional<double> to_band_limited_db, to_band_limited_ssim, band_limited_to_target_db;
   double known = 0, seen = 0;
 };
 GridMeans MeansOf(const PreviewResult& result);

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "distribute/band_limit.h"
 #include "distribute/place.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/calibrated_map.h"
@@ -67,6 +68,11 @@ void AddFocus(const Display& display, const Eye& central, const PreviewOptions& 
   }
 }
 
+// As calibrated, where it is.
+Display DisplayOf(const LayersRecord& record) {
+  return record.calibration ? AsCalibrated(record.display, *record.calibration) : record.display;
+}
+
 // All eyes but those that stand where a captured view does.
 std::vector<EyeResult*> AllEyes(PreviewResult& result) {
   std::vector<EyeResult*> all;
@@ -78,27 +84,30 @@ std::vector<EyeResult*> AllEyes(PreviewResult& result) {
 
 // Pictures and metrics of all eyes. Targets come first, so that the capture and the emitter images
 // are never in memory together.
-void RenderTargets(const RaySource& placed, double mm_per_view_px, PreviewResult& result,
-                   std::vector<DirectView>& direct, Progress& progress) {
+void RenderTargets(const RaySource& placed, double mm_per_view_px, const BandLimit* limit,
+                   PreviewResult& result, std::vector<DirectView>& direct, Progress& progress) {
   const std::vector<EyeResult*> eyes = AllEyes(result);
   progress.Start("preview: targets", static_cast<std::int64_t>(eyes.size() + direct.size()),
                  "eyes");
   for (EyeResult* eye : eyes) {
-    eye->target = RenderTarget(placed, eye->eye, eye->pupil, mm_per_view_px);
+    eye->target = RenderTarget(placed, eye->eye, eye->pupil, mm_per_view_px, limit);
     progress.Advance();
   }
   for (DirectView& view : direct) {
-    view.direct = RenderTarget(placed, view.at.eye, {}, mm_per_view_px);
+    view.direct = RenderTarget(placed, view.at.eye, {}, mm_per_view_px, nullptr).picture;
     progress.Advance();
   }
 }
 
 // A display without colours is asked for none.
 void LoseColors(PreviewResult& result, std::vector<DirectView>& direct) {
-  for (EyeResult* eye : AllEyes(result)) LoseColor(eye->target);
+  for (EyeResult* eye : AllEyes(result)) {
+    LoseColor(eye->target.picture.codes);
+    LoseColor(eye->target.band_limited);
+  }
   for (DirectView& view : direct) {
-    LoseColor(view.captured);
-    LoseColor(view.direct);
+    LoseColor(view.captured.codes);
+    LoseColor(view.direct.codes);
   }
 }
 
@@ -139,7 +148,11 @@ void Simulate(const SimulateAt& simulated_at, const PreviewOptions& options, Pre
                  "eyes");
   for (EyeResult* eye : eyes) {
     eye->simulated = simulated_at(eye->eye, eye->pupil);
-    eye->metrics = Compare(eye->simulated, eye->target, options.border_px);
+    eye->metrics = Compare(eye->simulated, eye->target.picture, options.border_px);
+    if (!eye->target.band_limited.empty()) {
+      eye->band_limit = CompareToBandLimited(eye->simulated, eye->target, options.border_px);
+      eye->target.band_limited = {};
+    }
     progress.Advance();
   }
   for (DirectView& view : direct) {
@@ -168,7 +181,7 @@ void WriteViews(const std::filesystem::path& folder, PreviewResult& result) {
   std::vector<File> files;
   for (const EyeResult* eye : AllEyes(result)) {
     files.push_back({"eye_" + eye->name, &eye->simulated, false});
-    files.push_back({"target_" + eye->name, &eye->target, true});
+    files.push_back({"target_" + eye->name, &eye->target.picture, true});
   }
   for (const CapturedResult& view : result.captured) {
     files.push_back({"at_" + view.view + "_simulated", &view.simulated, false});
@@ -199,8 +212,7 @@ void WriteOverview(const Workspace& workspace, const std::filesystem::path& path
 
 std::vector<std::string> WarningsOf(const LayersRecord& record, const PreviewResult& result) {
   std::vector<std::string> warnings;
-  const double box = CleanEyeBox(
-      record.calibration ? AsCalibrated(record.display, *record.calibration) : record.display);
+  const double box = CleanEyeBox(DisplayOf(record));
   const auto outside = std::count_if(result.grid.begin(), result.grid.end(), [&](const auto& eye) {
     return eye.eye.position.template head<2>().cwiseAbs().maxCoeff() > box;
   });
@@ -254,6 +266,12 @@ StageReport ReportOf(const LayersRecord& record, const PreviewResult& result,
       {"mean SSIM of seen pixels",
        means.ssim_seen ? fmt::format("{:.4f}", *means.ssim_seen) : "no pixel was seen"},
       {"seen by the capture", fmt::format("{:.1f} %", 100 * means.seen)}};
+  if (means.to_band_limited_db) {
+    report.summary.emplace_back(
+        "against what the layers' beams can carry",
+        fmt::format("{:.2f} dB; that against direct rendering {} dB", *means.to_band_limited_db,
+                    Decibels(means.band_limited_to_target_db)));
+  }
   if (const std::string panels = PanelsInWords(record.display, record.calibration.has_value());
       !panels.empty()) {
     report.summary.emplace_back("panels", panels);
@@ -356,7 +374,9 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
                          direct);
         });
     const std::unique_ptr<RaySource> placed = Placed(*source, record.placement);
-    RenderTargets(*placed, record.placement.mm_per_view_px, result, direct, progress);
+    const std::optional<BandLimit> limit = BandLimitOf(DisplayOf(record));
+    RenderTargets(*placed, record.placement.mm_per_view_px, limit ? &*limit : nullptr, result,
+                  direct, progress);
   }
   const PanelImages shown = options.source == "frames"
                                 ? LoadPanelImages(workspace, record)

@@ -220,7 +220,7 @@ TEST(Blur, OfAPlaneIsTheBeam) {
   const Display display = CutTo("paper-two-layer", 48, 12);
   std::vector<LayerBeams> beams;
   for (int layer = 0; layer < 2; ++layer) beams.push_back(EnclosingBeamsOf(display, layer));
-  const std::vector<double> planes = BlurPlanes(display, beams);
+  const std::vector<double> planes = DepthBlurPlanes(display, beams);
   for (const double depth : {-35.0, 2.0}) {
     const auto next = std::upper_bound(planes.begin(), planes.end(), depth);
     // On a plane of the blur, and farthest from any.

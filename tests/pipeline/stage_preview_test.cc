@@ -147,6 +147,27 @@ class StagePreviewTest : public testing::Test {
     EXPECT_EQ(json.at("further_eyes")[0].at("position_mm"), (std::vector<double>{10, -5, 600}));
   }
 
+  static void ExpectTheBandLimitToExplainPartOfTheError() {
+    const nlohmann::json json = Metrics();
+    double sum = 0;
+    for (const char* eyes : {"eyes", "further_eyes"}) {
+      for (const auto& eye : json.at(eyes)) {
+        const auto& limited = eye.at("to_band_limited");
+        EXPECT_GT(limited.at("psnr_srgb_seen_db"), eye.at("psnr_srgb_seen_db")) << eye;
+        EXPECT_GT(limited.at("ssim_seen"), eye.at("ssim_seen")) << eye;
+        EXPECT_GT(eye.at("band_limited_to_target").at("psnr_srgb_seen_db"),
+                  eye.at("psnr_srgb_seen_db"))
+            << eye;
+        EXPECT_FALSE(eye.at("band_limited_to_target").contains("ssim"));
+        if (std::string(eyes) == "eyes") sum += limited.at("psnr_srgb_seen_db").get<double>();
+      }
+    }
+    EXPECT_NEAR(json.at("mean").at("to_band_limited").at("psnr_srgb_seen_db"), sum / 9, 1e-3);
+    const nlohmann::json tables = PageData().at("metrics").at("tables");
+    EXPECT_EQ(tables.at(0).at("rows").size(), 3U);
+    EXPECT_EQ(tables.at(1).at("rows").at(0).size(), 7U);
+  }
+
   static void ExpectCapturedViewsCompared() {
     const nlohmann::json captured = Metrics().at("captured_views");
     ASSERT_EQ(captured.size(), 5U);
@@ -310,6 +331,7 @@ fs::path StagePreviewTest::root_;
 // One case, since ctest runs every case in a process of its own, which makes the workspace anew.
 TEST_F(StagePreviewTest, ShowsTheSceneAndTellsHowFarItIsFromTheCapture) {
   ExpectTheSceneAtEveryEye();
+  ExpectTheBandLimitToExplainPartOfTheError();
   ExpectCapturedViewsCompared();
   ExpectWhatThePanelsFilesShow();
   ExpectTheNearCardToMoveAgainstTheEye();
@@ -342,6 +364,9 @@ TEST_F(StagePreviewTest, FocusesOnTheWallAndOnTheCard) {
   Preview(options);
   const nlohmann::json focus = Metrics().at("focus");
   ASSERT_EQ(focus.size(), 2U);
+  for (const auto& eye : focus) {
+    EXPECT_GT(eye.at("to_band_limited").at("psnr_srgb_seen_db"), eye.at("psnr_srgb_seen_db"));
+  }
   EXPECT_EQ(focus[0].at("plane_mm"), -10);  // the layers
   EXPECT_EQ(focus[1].at("plane_mm"), 10);
   const auto step = [&](const char* kind, std::size_t i, int first_column, int end_column) {

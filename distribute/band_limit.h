@@ -1,0 +1,54 @@
+// What the beams of a display's layers can carry of a scene, as an eye sees it: the picture without
+// a display, blurred depth by depth, each as wide as the beams are there of the layers that show it
+// (the section box(W_a) * box(W_b) of displays.md section 1.3, on both axes). Of a wave on a plane
+// it keeps what that section's MTF leaves, S; between two layers the mean by their weights. The
+// display itself leaves S^2, since its frames are averaged and then seen through beams again, and
+// adds what its lattices and its additive layers make wrong: this is the bound that the prefilter
+// sets, not a model of the display.
+//
+// It is there for beams that are a product of the axes: of barriers, of lenses on a square lattice,
+// of cylinder lenses that stand upright. The sections of hexagonal and of slanted lenses are not:
+// displays with such a layer have none.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "distribute/assign.h"
+#include "distribute/simulate_eye.h"
+#include "lightfield/beam.h"
+#include "lightfield/display.h"
+#include "lightfield/image.h"
+
+namespace lamella {
+
+// What an eye sees without a display; all of the eye's size.
+struct SeenScene {
+  Image<Rgb> color;  // linear
+  Image<float> z;    // mm, in the display's frame; -inf: infinitely far
+  Image<float> coverage;
+};
+
+// A layer's part in the blur at the depths around a plane.
+struct BlurPart {
+  int plane = 0, layer = 0;
+};
+
+struct BandLimit {
+  LayerWeights weights;
+  std::vector<double> layers_mm;  // the modulating planes
+  std::vector<Beam> beams;        // in the middle of each layer
+  std::vector<double> planes_mm;  // BlurPlanes, and -inf before them
+  std::vector<BlurPart> parts;    // by planes
+};
+// Nothing where a layer's beams are no product of the axes.
+std::optional<BandLimit> BandLimitOf(const Display& display);
+
+// Before a pinhole eye in front of all planes; the mean of it over a pupil's points is what is
+// carried to the pupil. Every pixel spreads over its neighbours as far as it is covered, and what
+// they get is divided by how far they are covered by that: what is not known darkens nothing.
+// Pixels of coverage 0 stay black, as they are on a display. A pixel whose colour is not finite
+// counts as not known. Does not depend on the number of threads.
+Image<Rgb> BandLimited(const SeenScene& scene, const BandLimit& limit, const Eye& eye);
+
+}  // namespace lamella
