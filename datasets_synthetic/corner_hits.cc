@@ -55,7 +55,8 @@ std::optional<CornerHits> CornerHits::Between(const Rect& rectangle, const Trace
   };
   std::array<HitNumbers, 9> nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const auto hit = hit_at(0.5 * static_cast<double>(i % 3), 0.5 * static_cast<double>(i / 3));
+    const std::size_t column = i % 3, row = i / 3;
+    const auto hit = hit_at(0.5 * static_cast<double>(column), 0.5 * static_cast<double>(row));
     if (!hit) return std::nullopt;
     nodes[i] = NumbersOf(*hit);
   }

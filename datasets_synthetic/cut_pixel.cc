@@ -14,7 +14,10 @@ constexpr double kLeastShare = 1e-12;  // what is less is rounding
 // A convex polygon. A piece lies between two cuts along each of four axes, which add a corner each.
 class Piece {
  public:
-  void Add(const OnPanels& corner) { corners_[count_++] = corner; }
+  void Add(const OnPanels& corner) {
+    // Rounding alone makes so many, of which some lie on one another.
+    if (count_ < corners_.size()) corners_[count_++] = corner;
+  }
 
   double Area(int x, int y) const {
     double twice = 0;
@@ -59,7 +62,7 @@ class Piece {
   }
 
  private:
-  std::array<OnPanels, 12> corners_;
+  std::array<OnPanels, 16> corners_;
   std::size_t count_ = 0;
 };
 
@@ -74,18 +77,34 @@ void CutPiece(Piece piece, std::span<const int> axes, const Visit& visit) {
   CutPiece(piece, axes.subspan(1), visit);
 }
 
+// Strictly, in two of the coordinates; not where one is NaN.
+bool IsConvex(const std::array<OnPanels, 4>& corners, int x, int y) {
+  int left = 0, right = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const OnPanels a = corners[(i + 1) % 4] - corners[i];
+    const OnPanels b = corners[(i + 2) % 4] - corners[(i + 1) % 4];
+    const double turn = a[x] * b[y] - a[y] * b[x];
+    left += turn > 0;
+    right += turn < 0;
+  }
+  return left == 4 || right == 4;
+}
+
 }  // namespace
 
 bool CutPixel(const std::array<OnPanels, 4>& corners, const std::vector<int>& axes,
               const std::function<void(const OnPanels& within, double share)>& visit) {
+  for (std::size_t i = 0; i < axes.size(); i += 2) {
+    if (!IsConvex(corners, axes[i], axes[i + 1])) return false;
+  }
   Piece whole;
   for (const OnPanels& corner : corners) whole.Add(corner);
   double pieces = 1;
   for (const int axis : axes) {
     pieces *= std::max(1.0, std::ceil(whole.High(axis)) - std::floor(whole.Low(axis)));
   }
+  if (!(pieces <= kMostPieces)) return false;
   const double area = whole.Area(axes[0], axes[1]);
-  if (!(area > 0 && pieces <= kMostPieces)) return false;
   CutPiece(whole, axes, [&](const Piece& piece) {
     const double share = piece.Area(axes[0], axes[1]) / area;
     if (share > kLeastShare) visit(piece.Middle(), share);

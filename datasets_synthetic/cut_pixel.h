@@ -14,10 +14,10 @@ namespace lamella {
 using OnPanels = Eigen::Vector4d;
 
 // Cuts a pixel, of whose corners, in turn, the coordinates are given, along the whole numbers of
-// some of the coordinates (Sutherland and Hodgman 1974), which between corners are taken as linear.
-// Visits every piece with a point within it and its share of the area, as the first two of `axes`
-// measure it; the shares sum to 1. False, and nothing visited, where that area is none or the
-// pieces might be more than 64.
+// some of the coordinates (Sutherland and Hodgman 1974), which between corners are taken as linear:
+// both of a panel, {0, 1} or {2, 3}, or all. Visits every piece with a point within it and its
+// share of the area, as the first two of `axes` measure it; the shares sum to 1. False, and nothing
+// visited, where the pixel is not convex on a panel or the pieces might be more than 64.
 bool CutPixel(const std::array<OnPanels, 4>& corners, const std::vector<int>& axes,
               const std::function<void(const OnPanels& within, double share)>& visit);
 

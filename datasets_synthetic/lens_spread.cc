@@ -52,13 +52,13 @@ void LensSpread::AlongX(const Rgb* half_pixels, int width, Rgb* pixels) const {
   std::array<std::vector<Rgb>, kSide> parity;
   for (int p = 0; p < kSide; ++p) {
     std::vector<Rgb>& row = parity[static_cast<std::size_t>(p)];
-    row.reserve(static_cast<std::size_t>(width + 2 * room));
+    row.reserve(static_cast<std::size_t>(width) + 2 * static_cast<std::size_t>(room));
     row.assign(static_cast<std::size_t>(room), half_pixels[0]);
     for (int x = p; x <= last; x += kSide) row.push_back(half_pixels[x]);
     row.insert(row.end(), static_cast<std::size_t>(room), half_pixels[last]);
   }
   const auto from = [&](int p, int x) {
-    return &parity[static_cast<std::size_t>(p)][static_cast<std::size_t>(room + x)].r;
+    return &(parity[static_cast<std::size_t>(p)].data() + room + x)->r;
   };
   Pairs pairs;
   for (int m = 0; m <= reach(); ++m) {

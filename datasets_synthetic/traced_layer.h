@@ -60,7 +60,7 @@ class TracedLayer {
   // falling off.
   bool IsOneLight(std::size_t show, const PanelsUnder& under) const;
   // The mean of a show over pixel (x, y) of a photograph, by the areas of the panels' pixels in it.
-  // False, and nothing added, where these are too many.
+  // Not for one light. False, and nothing added, where the pixels are too many or seen folded over.
   bool AddMean(std::size_t show, const PanelsUnder& under, const CornerHits& hits, int x, int y,
                LightSum& sum) const;
 

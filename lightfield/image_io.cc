@@ -230,7 +230,9 @@ std::vector<Code> CodesOf(ImageSpan<const Rgb> numbers) {
   for (int y = 0; y < numbers.height; ++y) {
     const std::span<const float> row(&numbers.row(y)->r, width);
     code = std::transform(row.begin(), row.end(), code, [](float number) {
-      return static_cast<Code>(std::clamp(static_cast<double>(number), 0.0, 1.0) * kFull + 0.5);
+      // Above 0, so that what is cut off rounds.
+      const double half_above = std::clamp(static_cast<double>(number), 0.0, 1.0) * kFull + 0.5;
+      return static_cast<Code>(half_above);
     });
   }
   return codes;

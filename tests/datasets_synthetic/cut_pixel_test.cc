@@ -1,8 +1,10 @@
 #include "datasets_synthetic/cut_pixel.h"
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -33,7 +35,8 @@ TEST(CutPixel, SharesItOutAsCountedPointsDo) {
     std::map<std::array<int, 4>, double> counted, cut;
     constexpr int kSide = 1000;
     for (int i = 0; i < kSide * kSide; ++i) {
-      const OnPanels point = OnBoth((i % kSide + 0.5) / kSide, (i / kSide + 0.5) / kSide);
+      const int column = i % kSide, row = i / kSide;
+      const OnPanels point = OnBoth((column + 0.5) / kSide, (row + 0.5) / kSide);
       counted[CellsOf(point, axes)] += 1.0 / (kSide * kSide);
     }
     double sum = 0;
@@ -60,11 +63,15 @@ TEST(CutPixel, LeavesAPixelThatLiesInOneCellWhole) {
   EXPECT_EQ(pieces, 1);
 }
 
-TEST(CutPixel, RefusesManyPiecesAndNoArea) {
+TEST(CutPixel, RefusesManyPiecesNoAreaAndWhatFoldsOver) {
   std::array<OnPanels, 4> corners = CornersOnBoth();
   const auto never = [](const OnPanels&, double) { ADD_FAILURE(); };
   for (OnPanels& corner : corners) corner *= 100;
   EXPECT_FALSE(CutPixel(corners, {0, 1}, never));
+  corners = CornersOnBoth();
+  std::swap(corners[0], corners[1]);
+  EXPECT_FALSE(CutPixel(corners, {0, 1}, never));
+  EXPECT_FALSE(CutPixel(corners, {2, 3}, never));
   corners.fill(OnBoth(0.5, 0.5));
   EXPECT_FALSE(CutPixel(corners, {0, 1}, never));
   corners[0][0] = std::nan("");
