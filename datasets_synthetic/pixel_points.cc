@@ -31,13 +31,6 @@ std::array<Directions, 4> AllDirections() {
 
 }  // namespace
 
-std::uint64_t MixedHash(std::uint64_t value) {
-  value += 0x9E3779B97F4A7C15U;
-  value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9U;
-  value = (value ^ (value >> 27)) * 0x94D049BB133111EBU;
-  return value ^ (value >> 31);
-}
-
 PixelPoints::PixelPoints(int count) : points_(static_cast<std::size_t>(std::max(1, count))) {
   const std::array<Directions, 4> directions = AllDirections();
   for (std::size_t i = 0; i < points_.size(); ++i) {

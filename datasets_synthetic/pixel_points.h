@@ -12,7 +12,12 @@
 namespace lamella {
 
 // A well mixed number of an index (splitmix64, Steele et al. 2014); for seeds of pixels and noise.
-std::uint64_t MixedHash(std::uint64_t value);
+constexpr std::uint64_t MixedHash(std::uint64_t value) {
+  value += 0x9E3779B97F4A7C15U;
+  value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9U;
+  value = (value ^ (value >> 27)) * 0x94D049BB133111EBU;
+  return value ^ (value >> 31);
+}
 
 class PixelPoints {
  public:

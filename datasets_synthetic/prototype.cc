@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <mutex>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -11,9 +16,11 @@
 
 #include <fmt/format.h>
 
+#include "datasets_synthetic/corner_hits.h"
+#include "datasets_synthetic/lens_spread.h"
 #include "datasets_synthetic/pixel_points.h"
+#include "datasets_synthetic/traced_layer.h"
 #include "lightfield/error.h"
-#include "lightfield/panel_rays.h"
 #include "lightfield/parallel.h"
 
 namespace lamella {
@@ -22,76 +29,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-struct Sum {
-  double r = 0, g = 0, b = 0;
-  void Add(double weight, const Sum& light) {
-    r += weight * light.r;
-    g += weight * light.g;
-    b += weight * light.b;
-  }
-  void Add(double weight, const Rgb& light) {
-    r += weight * static_cast<double>(light.r);
-    g += weight * static_cast<double>(light.g);
-    b += weight * static_cast<double>(light.b);
-  }
-};
-
-// The index of the pixel that holds a coordinate; nothing beside the panel (and for NaN).
-std::optional<int> PixelOf(double coordinate, int size) {
-  if (!(coordinate >= 0 && coordinate < size)) return std::nullopt;
-  return static_cast<int>(coordinate);
-}
-
-// A layer ready to be traced.
-struct TracedLayer {
-  LayerSights sights;
-  const LayerCalibration* calibration;
-  double falloff;                        // exponent of both panels
-  std::vector<const ShownLayer*> shown;  // one per show; null where the layer is dark in it
-
-  // What the emitter sends from a place within its pixel.
-  Rgb Emitted(const Image<Rgb>& image, int x, int y, double u) const {
-    const Rgb& light = image(x, y);
-    if (!calibration->emitter.rgb_stripes) return light;
-    const int channel = std::clamp(static_cast<int>(3 * (u - x)), 0, 2);
-    const float level = channel == 0 ? light.r : channel == 1 ? light.g : light.b;
-    const Eigen::Vector3f stripe =
-        3 * level * calibration->emitter.photometry.primaries.col(channel).cast<float>();
-    return {stripe.x(), stripe.y(), stripe.z()};
-  }
-
-  // Adds to the sum of a show.
-  void AddLight(const SightHit& hit, std::size_t show, Sum& sum) const {
-    if (!shown[show]) return;
-    const ShownLayer& images = *shown[show];
-    const PanelCalibration& emitter = calibration->emitter;
-    const std::optional<int> x = PixelOf(hit.emitter.x(), emitter.width_px),
-                             y = PixelOf(hit.emitter.y(), emitter.height_px);
-    if (!x || !y) return;
-    const std::size_t slots = images.emitter.size();
-    double scale = calibration->gain / static_cast<double>(slots);
-    if (falloff > 0) scale *= std::pow(hit.cosine, falloff);
-    if (!calibration->modulator) {
-      for (const auto& image : images.emitter) {
-        sum.Add(scale, Emitted(*image, *x, *y, hit.emitter.x()));
-      }
-      return;
-    }
-    const std::optional<int> u = PixelOf(hit.modulator.x(), calibration->modulator->width_px),
-                             v = PixelOf(hit.modulator.y(), calibration->modulator->height_px);
-    if (!u || !v) return;
-    for (std::size_t slot = 0; slot < slots; ++slot) {
-      const float transmittance = (*images.modulator[slot])(*u, *v);
-      if (transmittance == 0) continue;
-      sum.Add(scale * static_cast<double>(transmittance),
-              Emitted(*images.emitter[slot], *x, *y, hit.emitter.x()));
-    }
-  }
-};
-
 // Light of the sheet along a line of sight.
 void AddLight(const PrintedSheet& sheet, const Vector3d& origin, const Vector3d& direction,
-              Sum& sum) {
+              double weight, LightSum& sum) {
   const Rigid sheet_from_display = Inverse(sheet.display_from_sheet);
   const Vector3d from = sheet_from_display * origin,
                  along = sheet_from_display.rotation * direction;
@@ -102,112 +42,7 @@ void AddLight(const PrintedSheet& sheet, const Vector3d& origin, const Vector3d&
       PixelOf(light.width() / 2.0 + at.x() / sheet.pixel_mm, light.width());
   const std::optional<int> y =
       PixelOf(light.height() / 2.0 - at.y() / sheet.pixel_mm, light.height());
-  if (x && y) sum.Add(1, light(*x, *y));
-}
-
-// The hits of lines of sight through a rectangle of a picture whose corners' are known and that
-// turn evenly between them: x and y run from 0 to 1 over the rectangle.
-class EvenHits {
- public:
-  // Left and right above, left and right below.
-  explicit EvenHits(const std::array<SightHit, 4>& corners)
-      : corner_(Numbers(corners[0])),
-        along_x_(Numbers(corners[1]) - corner_),
-        along_y_(Numbers(corners[2]) - corner_),
-        along_both_(Numbers(corners[3]) - corner_ - along_x_ - along_y_) {}
-
-  SightHit At(double x, double y) const {
-    const Vector5d numbers = corner_ + x * along_x_ + y * (along_y_ + x * along_both_);
-    return {numbers.head<2>(), numbers.segment<2>(2), numbers(4)};
-  }
-  // Those of a part, of which again the corners are asked for.
-  std::array<SightHit, 4> CornersOf(double left, double top, double right, double bottom) const {
-    return {At(left, top), At(right, top), At(left, bottom), At(right, bottom)};
-  }
-
- private:
-  using Vector5d = Eigen::Matrix<double, 5, 1>;
-  static Vector5d Numbers(const SightHit& hit) {
-    Vector5d numbers;
-    numbers << hit.modulator, hit.emitter, hit.cosine;
-    return numbers;
-  }
-  Vector5d corner_, along_x_, along_y_, along_both_;
-};
-
-// The panel's pixels that corners enclose, with some room for lines that bend; none beside the
-// panel. Nothing where the panel's border is among them, or they are many.
-std::optional<Rect> Enclosed(const std::array<SightHit, 4>& corners, Vector2d SightHit::*on,
-                             const PanelCalibration& panel) {
-  constexpr double kRoomPx = 0.01;
-  constexpr int kMost = 32;  // in a row
-  Vector2d low = corners[0].*on, high = low;
-  for (const SightHit& corner : corners) {
-    low = low.cwiseMin(corner.*on);
-    high = high.cwiseMax(corner.*on);
-  }
-  low.array() -= kRoomPx;
-  high.array() += kRoomPx;
-  const Vector2d size(panel.width_px, panel.height_px);
-  if (high.minCoeff() < 0 || (low - size).maxCoeff() >= 0) return Rect{0, 0, 0, 0};
-  const bool inside = low.minCoeff() >= 0 && (high - size).maxCoeff() < 0;
-  if (!inside || !((high - low).maxCoeff() < kMost)) return std::nullopt;
-  const int x = static_cast<int>(low.x()), y = static_cast<int>(low.y());
-  return Rect{x, y, static_cast<int>(high.x()) - x + 1, static_cast<int>(high.y()) - y + 1};
-}
-
-template <class T>
-bool IsOneColour(const Image<T>& image, const Rect& rect) {
-  if (rect.width == 0) return true;
-  const T& first = image(rect.x, rect.y);
-  for (int y = rect.y; y < rect.y + rect.height; ++y) {
-    const T* row = image.row(y) + rect.x;
-    if (!std::all_of(row, row + rect.width, [&](const T& other) { return other == first; })) {
-      return false;
-    }
-  }
-  return true;
-}
-
-// In a show in which the layer is lit.
-bool SeeOneColour(const TracedLayer& layer, std::size_t show,
-                  const std::array<SightHit, 4>& corners) {
-  const LayerCalibration& calibration = *layer.calibration;
-  if (calibration.emitter.rgb_stripes || layer.falloff > 0) return false;
-  const auto emitters = Enclosed(corners, &SightHit::emitter, calibration.emitter);
-  if (!emitters) return false;
-  const ShownLayer& shown = *layer.shown[show];
-  const bool emitted =
-      std::all_of(shown.emitter.begin(), shown.emitter.end(),
-                  [&](const auto& image) { return IsOneColour(*image, *emitters); });
-  if (!emitted || !calibration.modulator) return emitted;
-  const auto openings = Enclosed(corners, &SightHit::modulator, *calibration.modulator);
-  return openings && std::all_of(shown.modulator.begin(), shown.modulator.end(),
-                                 [&](const auto& image) { return IsOneColour(*image, *openings); });
-}
-
-bool IsDark(const ShownLayer& shown) {
-  return std::all_of(shown.emitter.begin(), shown.emitter.end(), [](const auto& image) {
-    return std::all_of(image->data(), image->data() + image->size(),
-                       [](const Rgb& light) { return light == Rgb(); });
-  });
-}
-
-// The layers that show anything: patterns are shown on one at a time.
-std::vector<TracedLayer> Traced(const Calibration& calibration, std::span<const Show> shows) {
-  std::vector<TracedLayer> layers;
-  for (std::size_t l = 0; l < calibration.layers.size(); ++l) {
-    const LayerCalibration& layer = calibration.layers[l];
-    std::vector<const ShownLayer*> shown;
-    for (const Show& show : shows) {
-      shown.push_back(IsDark(show.layers[l]) ? nullptr : &show.layers[l]);
-    }
-    if (std::all_of(shown.begin(), shown.end(), [](const auto* lit) { return !lit; })) continue;
-    const double falloff = layer.emitter.photometry.falloff +
-                           (layer.modulator ? layer.modulator->photometry.falloff : 0);
-    layers.push_back({LayerSights(layer), &layer, falloff, std::move(shown)});
-  }
-  return layers;
+  if (x && y) sum.Add(weight, light(*x, *y));
 }
 
 template <class T>
@@ -298,62 +133,81 @@ double Illumination(const PrototypeCamera& camera, double x, double y) {
 
 float ToFloat(double value) { return static_cast<float>(value); }
 
-// A photograph of each show, block by block.
+// A photograph of each show, tile by tile.
 class Exposing {
  public:
-  static constexpr int kBlock = 8;
+  static constexpr int kTile = 32;
 
   Exposing(const Calibration& calibration, std::span<const Show> shows,
            const PrototypeCamera& camera, int samples)
       : camera_(camera),
         shows_(shows),
-        layers_(Traced(calibration, shows)),
+        layers_(LitLayers(calibration, shows)),
         display_from_camera_(Inverse(camera.camera_from_display)),
         points_(samples),
-        width_(camera.camera.width),
-        height_(camera.camera.height) {
+        width_(camera.camera.width) {
     for (std::size_t show = 0; show < shows.size(); ++show) {
       const bool smooth = std::none_of(layers_.begin(), layers_.end(), [&](const auto& layer) {
-        return layer.shown[show] && layer.calibration->lattice;
+        return layer.IsLit(show) && layer.HasLenses();
       });
       (smooth && camera.aperture_mm == 0 ? smooth_ : traced_).push_back(show);
     }
   }
 
-  // kBlock rows from `top`, or as many as there are.
-  void Expose(int top, std::span<Image<Rgb>> photographs) const {
-    Block block;
-    for (int left = 0; left < width_; left += kBlock) {
-      block.all = {left, top, std::min(kBlock, width_ - left), std::min(kBlock, height_ - top)};
-      block.sums.assign(shows_.size() * kBlock * kBlock, {});
-      if (!traced_.empty()) AddTraced(layers_, traced_, block.all, block);
+  // Rows from `top`, kTile of them or as many as there are before `end`, into the first rows of a
+  // strip for each show. Returns their number.
+  int Expose(int top, int end, std::span<Image<Rgb>> strips) const {
+    Tile tile(shows_.size());
+    const int rows = std::min(kTile, end - top);
+    for (int left = 0; left < width_; left += kTile) {
+      tile.Move({left, top, std::min(kTile, width_ - left), rows});
+      if (!traced_.empty()) AddTraced(layers_, traced_, tile.all, tile);
       for (const TracedLayer& layer : layers_) {
-        if (!smooth_.empty() && !layer.calibration->lattice) AddBetween(layer, block.all, block);
+        if (!smooth_.empty() && !layer.HasLenses()) AddSmooth(layer, tile.all, tile);
       }
       for (std::size_t show = 0; show < shows_.size(); ++show) {
-        if (shows_[show].sheet) AddSheet(show, block);
-        Finish(block, show, photographs[show]);
+        if (shows_[show].sheet) AddSheet(show, tile);
+        Finish(tile, show, strips[show]);
       }
     }
+    return rows;
   }
 
  private:
-  struct Block {
+  // The light on a rectangle's pixels, one show's after the other's.
+  struct Tile {
     Rect all;
-    std::vector<Sum> sums;  // over the samples, one show's after the other's
-    Sum& At(std::size_t show, int x, int y) {
-      return sums[(show * kBlock + static_cast<std::size_t>(y - all.y)) * kBlock +
-                  static_cast<std::size_t>(x - all.x)];
+    std::vector<LightSum> sums;
+    std::vector<char> lit;  // by each show; where not, its sums are 0
+
+    explicit Tile(std::size_t num_shows) : sums(num_shows * kTile * kTile), lit(num_shows) {}
+    void Move(const Rect& to) {
+      all = to;
+      for (std::size_t show = 0; show < lit.size(); ++show) {
+        if (lit[show]) std::fill_n(sums.begin() + FirstOf(show), kTile * kTile, LightSum());
+        lit[show] = false;
+      }
+    }
+    LightSum& At(std::size_t show, int x, int y) {
+      lit[show] = true;
+      return sums[static_cast<std::size_t>(FirstOf(show) + (y - all.y) * kTile + x - all.x)];
+    }
+    static std::ptrdiff_t FirstOf(std::size_t show) {
+      return static_cast<std::ptrdiff_t>(show) * kTile * kTile;
     }
   };
 
-  // From sums over samples to means.
-  void Finish(Block& block, std::size_t show, Image<Rgb>& photograph) const {
-    for (int y = block.all.y; y < block.all.y + block.all.height; ++y) {
-      for (int x = block.all.x; x < block.all.x + block.all.width; ++x) {
-        const Sum& sum = block.At(show, x, y);
-        const double scale = Illumination(camera_, x + 0.5, y + 0.5) / points_.count();
-        photograph(x, y) = {ToFloat(scale * sum.r), ToFloat(scale * sum.g), ToFloat(scale * sum.b)};
+  void Finish(Tile& tile, std::size_t show, Image<Rgb>& strip) const {
+    for (int y = tile.all.y; y < tile.all.y + tile.all.height; ++y) {
+      Rgb* row = strip.row(y - tile.all.y) + tile.all.x;
+      if (!tile.lit[show]) {
+        std::fill_n(row, tile.all.width, Rgb());
+        continue;
+      }
+      for (int x = tile.all.x; x < tile.all.x + tile.all.width; ++x) {
+        const LightSum& sum = tile.At(show, x, y);
+        const double scale = Illumination(camera_, x + 0.5, y + 0.5);
+        *row++ = {ToFloat(scale * sum.r), ToFloat(scale * sum.g), ToFloat(scale * sum.b)};
       }
     }
   }
@@ -361,28 +215,28 @@ class Exposing {
   std::optional<Line> Sight(double x, double y, double u, double v) const {
     return LineOfSight(camera_, display_from_camera_, {x, y}, u, v);
   }
-  std::optional<SightHit> Hit(const TracedLayer& layer, double x, double y) const {
-    const std::optional<Line> line = Sight(x, y, 0.5, 0.5);
-    return line ? layer.sights.Seen(line->origin, line->direction) : std::nullopt;
-  }
   std::uint64_t HashOf(int x, int y) const {
     return MixedHash(static_cast<std::uint64_t>(std::int64_t{y} * width_ + x));
   }
+  double SampleWeight() const { return 1.0 / points_.count(); }
 
-  void AddSheet(std::size_t show, Block& block) const {
-    ForEachLine(block.all, [&](int x, int y, const Line& line) {
-      AddLight(*shows_[show].sheet, line.origin, line.direction, block.At(show, x, y));
+  void AddSheet(std::size_t show, Tile& tile) const {
+    ForEachLine(tile.all, [&](int x, int y, const Line& line) {
+      AddLight(*shows_[show].sheet, line.origin, line.direction, SampleWeight(),
+               tile.At(show, x, y));
     });
   }
 
   // Every sample's line of sight is traced, for some of the shows.
-  void AddTraced(std::span<const TracedLayer> layers, const std::vector<std::size_t>& shows,
-                 const Rect& rect, Block& block) const {
+  void AddTraced(std::span<const TracedLayer> layers, std::span<const std::size_t> shows,
+                 const Rect& rect, Tile& tile) const {
     ForEachLine(rect, [&](int x, int y, const Line& line) {
       for (const TracedLayer& layer : layers) {
-        const std::optional<SightHit> hit = layer.sights.Seen(line.origin, line.direction);
+        const std::optional<SightHit> hit = layer.sights().Seen(line.origin, line.direction);
         if (!hit) continue;
-        for (const std::size_t show : shows) layer.AddLight(*hit, show, block.At(show, x, y));
+        for (const std::size_t show : shows) {
+          layer.AddLight(*hit, show, SampleWeight(), tile.At(show, x, y));
+        }
       }
     });
   }
@@ -401,67 +255,81 @@ class Exposing {
     }
   }
 
-  // The lines between a rectangle's corners, where its middle one is what they make of it.
-  std::optional<EvenHits> Even(const TracedLayer& layer, const Rect& rect) const {
-    constexpr double kClosePx = 1e-3;
-    std::array<SightHit, 4> corners;
-    for (int c = 0; c < 4; ++c) {
-      const int x = rect.x + (c % 2 == 0 ? 0 : rect.width);
-      const int y = rect.y + (c < 2 ? 0 : rect.height);
-      const auto hit = Hit(layer, x, y);
-      if (!hit) return std::nullopt;
-      corners[static_cast<std::size_t>(c)] = *hit;
-    }
-    const auto middle = Hit(layer, rect.x + 0.5 * rect.width, rect.y + 0.5 * rect.height);
-    const EvenHits even(corners);
-    const SightHit guess = even.At(0.5, 0.5);
-    if (!middle || !((middle->emitter - guess.emitter).norm() < kClosePx) ||
-        !((middle->modulator - guess.modulator).norm() < kClosePx)) {
-      return std::nullopt;
-    }
-    return even;
-  }
-
-  // Of the smooth shows the same from corners, of ever smaller rectangles until lines turn evenly
-  // in them.
-  void AddBetween(const TracedLayer& layer, const Rect& rect, Block& block) const {
-    if (const std::optional<EvenHits> even = Even(layer, rect)) {
-      for (const std::size_t show : smooth_) {
-        if (layer.shown[show]) AddEven(layer, *even, rect, show, block);
-      }
-      return;
-    }
-    if (rect.width == 1 && rect.height == 1) return AddTraced({&layer, 1}, smooth_, rect, block);
+  // Visits the quarters of a rectangle of more than a pixel, or halves where it is one pixel thick.
+  template <class Visit>
+  static void ForEachQuarter(const Rect& rect, Visit visit) {
     const int left = (rect.width + 1) / 2, top = (rect.height + 1) / 2;
     for (const int x : {0, left}) {
       for (const int y : {0, top}) {
         const Rect part{rect.x + x, rect.y + y, x == 0 ? left : rect.width - left,
                         y == 0 ? top : rect.height - top};
-        if (part.width > 0 && part.height > 0) AddBetween(layer, part, block);
+        if (part.width > 0 && part.height > 0) visit(part);
       }
     }
   }
 
-  void AddEven(const TracedLayer& layer, const EvenHits& even, const Rect& rect, std::size_t show,
-               Block& block) const {
-    const bool one_colour = SeeOneColour(layer, show, even.CornersOf(0, 0, 1, 1));
-    const double w = 1.0 / rect.width, h = 1.0 / rect.height;
-    for (int j = 0; j < rect.height; ++j) {
-      for (int i = 0; i < rect.width; ++i) {
-        Sum& sum = block.At(show, rect.x + i, rect.y + j);
-        if (one_colour ||
-            SeeOneColour(layer, show, even.CornersOf(i * w, j * h, (i + 1) * w, (j + 1) * h))) {
-          Sum light;
-          layer.AddLight(even.At((i + 0.5) * w, (j + 0.5) * h), show, light);
-          sum.Add(points_.count(), light);
-          continue;
-        }
-        const std::uint64_t hash = HashOf(rect.x + i, rect.y + j);
-        for (int k = 0; k < points_.count(); ++k) {
-          const std::array<double, 4> p = points_.Point(k, hash);
-          layer.AddLight(even.At((i + p[0]) * w, (j + p[1]) * h), show, sum);
+  // Of the smooth shows the same from corners of pixels, of ever smaller rectangles until lines
+  // turn smoothly in them.
+  void AddSmooth(const TracedLayer& layer, const Rect& rect, Tile& tile) const {
+    std::vector<std::size_t> shows;
+    std::copy_if(smooth_.begin(), smooth_.end(), std::back_inserter(shows),
+                 [&](std::size_t show) { return layer.IsLit(show); });
+    if (shows.empty()) return;
+    const auto hits = CornerHits::Between(rect, [&](double x, double y) {
+      const std::optional<Line> line = Sight(x, y, 0.5, 0.5);
+      return line ? layer.sights().Seen(line->origin, line->direction) : std::nullopt;
+    });
+    if (hits) return AddAreas(layer, *hits, rect, shows, tile);
+    if (rect.width == 1 && rect.height == 1) return AddTraced({&layer, 1}, shows, rect, tile);
+    ForEachQuarter(rect, [&](const Rect& part) { AddSmooth(layer, part, tile); });
+  }
+
+  // Into ever smaller rectangles until each is one light or a pixel. Reorders `shows`.
+  void AddAreas(const TracedLayer& layer, const CornerHits& hits, const Rect& rect,
+                std::span<std::size_t> shows, Tile& tile) const {
+    const PanelsUnder under = layer.Under(hits, rect);
+    const auto rest = std::partition(shows.begin(), shows.end(), [&](std::size_t show) {
+      return layer.IsOneLight(show, under);
+    });
+    for (const std::size_t show : std::span(shows.begin(), rest)) {
+      Fill(layer, hits, rect, show, tile);
+    }
+    const std::span<std::size_t> uneven(rest, shows.end());
+    if (uneven.empty()) return;
+    if (rect.width == 1 && rect.height == 1) {
+      for (const std::size_t show : uneven) AddPixel(layer, hits, under, rect, show, tile);
+    } else {
+      ForEachQuarter(rect, [&](const Rect& part) { AddAreas(layer, hits, part, uneven, tile); });
+    }
+  }
+
+  // With one light.
+  void Fill(const TracedLayer& layer, const CornerHits& hits, const Rect& rect, std::size_t show,
+            Tile& tile) const {
+    LightSum light;
+    layer.AddLight(hits.Within(rect.x, rect.y, 0.5, 0.5), show, 1, light);
+    if (light == LightSum()) return;
+    for (int y = rect.y; y < rect.y + rect.height; ++y) {
+      for (int x = rect.x; x < rect.x + rect.width; ++x) {
+        LightSum& sum = tile.At(show, x, y);
+        if (layer.FallsOff()) {
+          layer.AddLight(hits.Within(x, y, 0.5, 0.5), show, 1, sum);
+        } else {
+          sum.Add(1, light);
         }
       }
+    }
+  }
+
+  void AddPixel(const TracedLayer& layer, const CornerHits& hits, const PanelsUnder& under,
+                const Rect& pixel, std::size_t show, Tile& tile) const {
+    const int x = pixel.x, y = pixel.y;
+    LightSum& sum = tile.At(show, x, y);
+    if (layer.AddMean(show, under, hits, x, y, sum)) return;
+    const std::uint64_t hash = HashOf(x, y);
+    for (int i = 0; i < points_.count(); ++i) {
+      const std::array<double, 4> p = points_.Point(i, hash);
+      layer.AddLight(hits.Within(x, y, p[0], p[1]), show, SampleWeight(), sum);
     }
   }
 
@@ -470,72 +338,103 @@ class Exposing {
   std::vector<TracedLayer> layers_;
   Rigid display_from_camera_;
   PixelPoints points_;
-  int width_, height_;
+  int width_;
   // Shows of which a pinhole's lines of sight go through no lens sheet, and the others.
   std::vector<std::size_t> smooth_, traced_;
 };
 
-// One direction of a Gaussian; at the borders the picture goes on as it ends.
-Image<Rgb> Spread(const Image<Rgb>& image, const std::vector<float>& half_kernel, bool along_x) {
-  Image<Rgb> spread(image.width(), image.height());
-  const int reach = static_cast<int>(half_kernel.size()) - 1;
-  ParallelForEach(0, image.height(), [&](std::int64_t row) {
-    const int y = static_cast<int>(row);
-    for (int k = -reach; k <= reach; ++k) {
-      const float weight = half_kernel[static_cast<std::size_t>(std::abs(k))];
-      const Rgb* from = image.row(along_x ? y : std::clamp(y + k, 0, image.height() - 1));
-      Rgb* to = spread.row(y);
-      for (int x = 0; x < image.width(); ++x) {
-        to[x] += weight * from[along_x ? std::clamp(x + k, 0, image.width() - 1) : x];
+std::vector<Image<Rgb>> Blank(std::size_t count, int width, int height) {
+  std::vector<Image<Rgb>> images;
+  for (std::size_t i = 0; i < count; ++i) images.emplace_back(width, height);
+  return images;
+}
+
+// Takes photographs band by band: what is exposed of a band, in half pixels and a lens's reach
+// further, becomes pixels before the next one is. So whole pictures of half pixels, four times the
+// photographs' memory, are never there.
+class Shooting {
+ public:
+  // `spread` is null where there are no half pixels.
+  Shooting(const Exposing& exposing, const LensSpread* spread, std::vector<Image<Rgb>>& photographs)
+      : exposing_(exposing),
+        spread_(spread),
+        photographs_(photographs),
+        width_(photographs[0].width()),
+        height_(photographs[0].height()),
+        side_(spread ? LensSpread::kSide : 1),
+        reach_(spread ? spread->reach() : 0),
+        // So high that rows of its neighbours are few beside its own.
+        band_rows_(spread ? std::max(128, 4 * reach_) : Exposing::kTile) {}
+
+  void Shoot(Progress& progress) {
+    ParallelForEach(0, (height_ + band_rows_ - 1) / band_rows_, [&](std::int64_t band) {
+      const int first = static_cast<int>(band) * band_rows_;
+      std::unique_ptr<Desk> desk = TakeDesk();
+      ShootBand(first, std::min(first + band_rows_, height_), *desk, progress);
+      const std::scoped_lock lock(free_mutex_);
+      free_.push_back(std::move(desk));
+    });
+  }
+
+ private:
+  // What a thread works on: of every show some rows as exposed, and a band spread along x.
+  struct Desk {
+    std::vector<Image<Rgb>> strips, bands;
+  };
+
+  // Memory is as dear as work: desks are used again.
+  std::unique_ptr<Desk> TakeDesk() {
+    {
+      const std::scoped_lock lock(free_mutex_);
+      if (!free_.empty()) {
+        std::unique_ptr<Desk> desk = std::move(free_.back());
+        free_.pop_back();
+        return desk;
       }
     }
-  });
-  return spread;
-}
-
-Image<Rgb> Blurred(Image<Rgb> image, double sigma_px) {
-  std::vector<double> half = {1};
-  double total = 1;
-  for (int k = 1; k <= static_cast<int>(std::ceil(4 * sigma_px)); ++k) {
-    half.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
-    total += 2 * half.back();
+    const std::size_t shows = photographs_.size();
+    const int rows = side_ * std::min(band_rows_, height_) + 2 * reach_;
+    return std::make_unique<Desk>(Desk{Blank(shows, side_ * width_, Exposing::kTile),
+                                       Blank(spread_ ? shows : 0, width_, rows)});
   }
-  std::vector<float> kernel;
-  for (const double weight : half) kernel.push_back(ToFloat(weight / total));
-  image = Spread(image, kernel, true);
-  return Spread(image, kernel, false);
-}
 
-// Pixels of `image` in squares of `side`, each square's mean.
-Image<Rgb> Means(const Image<Rgb>& image, int side) {
-  Image<Rgb> means(image.width() / side, image.height() / side);
-  const float weight = 1 / static_cast<float>(side * side);
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) means(x / side, y / side) += weight * image(x, y);
+  // Rows `first` to `end` of the photographs.
+  void ShootBand(int first, int end, Desk& desk, Progress& progress) const {
+    const int top = std::max(side_ * first - reach_, 0),
+              bottom = std::min(side_ * end + reach_, side_ * height_);
+    for (int y = top; y < bottom; y += Exposing::kTile) {
+      const int rows = exposing_.Expose(y, bottom, desk.strips);
+      for (int row = 0; row < rows; ++row) PutRow(row, y + row - top, first, desk);
+    }
+    if (spread_) {
+      for (std::size_t show = 0; show < photographs_.size(); ++show) {
+        for (int y = first; y < end; ++y) {
+          spread_->AlongY(desk.bands[show], top, side_ * height_, y, photographs_[show].row(y));
+        }
+      }
+    }
+    progress.Advance((end - first) * std::ssize(photographs_));
   }
-  return means;
-}
 
-// `samples` lines of sight for `side` x `side` pixels, rounded up; progress, by `side` rows of
-// every photograph.
-std::vector<Image<Rgb>> Expose(const Calibration& calibration, std::span<const Show> shows,
-                               const PrototypeCamera& camera, int samples, int side,
-                               Progress& progress) {
-  const Exposing exposing(calibration, shows, camera, (samples + side * side - 1) / (side * side));
-  const int height = camera.camera.height;
-  std::vector<Image<Rgb>> photographs;
-  for (std::size_t i = 0; i < shows.size(); ++i) {
-    photographs.emplace_back(camera.camera.width, height);
+  // A strip's row, which is such a one of the band.
+  void PutRow(int strip_row, int band_row, int first, Desk& desk) const {
+    for (std::size_t show = 0; show < photographs_.size(); ++show) {
+      const Rgb* row = desk.strips[show].row(strip_row);
+      if (spread_) {
+        spread_->AlongX(row, width_, desk.bands[show].row(band_row));
+      } else {
+        std::copy_n(row, width_, photographs_[show].row(first + band_row));
+      }
+    }
   }
-  constexpr int kRows = Exposing::kBlock;
-  ParallelForEach(0, (height + kRows - 1) / kRows, [&](std::int64_t block) {
-    const int top = static_cast<int>(block) * kRows;
-    exposing.Expose(top, photographs);
-    const int rows = (std::min(top + kRows, height) - top + side - 1) / side;
-    progress.Advance(rows * static_cast<std::int64_t>(shows.size()));
-  });
-  return photographs;
-}
+
+  const Exposing& exposing_;
+  const LensSpread* spread_;
+  std::vector<Image<Rgb>>& photographs_;
+  int width_, height_, side_, reach_, band_rows_;
+  std::mutex free_mutex_;
+  std::vector<std::unique_ptr<Desk>> free_;
+};
 
 }  // namespace
 
@@ -545,16 +444,21 @@ std::vector<Image<Rgb>> PhotographShows(const Calibration& calibration, std::spa
   Check(calibration, calibration.display);
   for (const Show& show : shows) CheckShown(calibration.layers, show);
   CheckCamera(calibration, camera);
-  if (!(camera.blur_px > 0)) return Expose(calibration, shows, camera, samples, 1, progress);
-  // A lens spreads light before there are pixels. Pixels that are spread have aliases of the edges
-  // in them: at 1 px corners are found 0.008 px aside by where between pixels they are.
-  constexpr int kSide = 2;
+  std::vector<Image<Rgb>> photographs =
+      Blank(shows.size(), camera.camera.width, camera.camera.height);
+  if (shows.empty()) return photographs;
+  if (!(camera.blur_px > 0)) {
+    const Exposing exposing(calibration, shows, camera, samples);
+    Shooting(exposing, nullptr, photographs).Shoot(progress);
+    return photographs;
+  }
+  constexpr int kSide = LensSpread::kSide;
   PrototypeCamera fine = camera;
   fine.camera = Resized(camera.camera, kSide);
-  std::vector<Image<Rgb>> photographs = Expose(calibration, shows, fine, samples, kSide, progress);
-  for (Image<Rgb>& photograph : photographs) {
-    photograph = Means(Blurred(std::move(photograph), kSide * camera.blur_px), kSide);
-  }
+  const Exposing exposing(calibration, shows, fine,
+                          (samples + kSide * kSide - 1) / (kSide * kSide));
+  const LensSpread spread(camera.blur_px);
+  Shooting(exposing, &spread, photographs).Shoot(progress);
   return photographs;
 }
 
@@ -567,10 +471,10 @@ Image<Rgb> PhotographPrototype(const Prototype& prototype, const PrototypeCamera
 
 Rgb LightAlong(const Prototype& prototype, const Vector3d& origin, const Vector3d& direction) {
   const Show show{prototype.shown, {}};
-  Sum sum;
-  for (const TracedLayer& layer : Traced(prototype.calibration, {&show, 1})) {
-    const std::optional<SightHit> hit = layer.sights.Seen(origin, direction);
-    if (hit) layer.AddLight(*hit, 0, sum);
+  LightSum sum;
+  for (const TracedLayer& layer : LitLayers(prototype.calibration, {&show, 1})) {
+    const std::optional<SightHit> hit = layer.sights().Seen(origin, direction);
+    if (hit) layer.AddLight(*hit, 0, 1, sum);
   }
   return {ToFloat(sum.r), ToFloat(sum.g), ToFloat(sum.b)};
 }

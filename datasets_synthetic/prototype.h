@@ -69,10 +69,12 @@ struct PrototypeCamera {
 };
 
 // The linear light on the camera's pixels, each the mean over its area, the pupil and the time
-// slots, of `samples` lines of sight (powers of two are the most exact; four at least with a blur).
-// The layers' light is summed. A pinhole's lines of sight through panels without lenses turn evenly
-// over a few pixels: there a block's corners are traced and those between them follow, where the
-// middle one agrees to 1e-3 px of the panels; what sees one colour at all corners is that colour.
+// slots. The layers' light is summed. Through a pinhole and panels without lenses a pixel is cut
+// along the sides of the panels' pixels that it sees and its pieces' areas are weighed, so that no
+// noise of samples is in it; there lines of sight turn smoothly, and of a tile of pixels those of
+// the corners follow from nine that are traced, where two more agree to 1e-4 px of the panels.
+// Elsewhere, and where a pixel sees more than 64 pieces, it is the mean of `samples` lines of sight
+// (powers of two are the most exact; four at least with a blur).
 // Does not depend on the number of threads. `progress` advances by one per row.
 // UsageError where the camera is not in front of every layer; InputError where what is shown does
 // not fit the calibration.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <span>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include "datasets_synthetic/normal_numbers.h"
 #include "datasets_synthetic/pixel_points.h"
 #include "lightfield/color.h"
 #include "lightfield/error.h"
@@ -13,14 +15,6 @@
 
 namespace lamella {
 namespace {
-
-// A standard normal number (Box and Muller 1958).
-double Normal(std::uint64_t index) {
-  const std::uint64_t a = MixedHash(index), b = MixedHash(a);
-  const double u = (static_cast<double>(a >> 11) + 0.5) / 9007199254740992.0;
-  const double v = (static_cast<double>(b >> 11) + 0.5) / 9007199254740992.0;
-  return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
-}
 
 double Encoded(const Sensor& sensor, double share) {
   switch (sensor.curve) {
@@ -34,17 +28,41 @@ double Encoded(const Sensor& sensor, double share) {
   return std::pow(share, 1 / sensor.gamma);
 }
 
-float Number(const Sensor& sensor, float light, std::uint64_t index) {
-  double share = sensor.exposure * static_cast<double>(light);
-  if (sensor.full_well_e > 0) {
-    const double electrons = std::max(0.0, share * sensor.full_well_e);
-    const double variance = electrons + sensor.read_noise_e * sensor.read_noise_e;
-    share = (electrons + std::sqrt(variance) * Normal(index)) / sensor.full_well_e;
+// Adds noise to a row's shares of full scale; `index` is that of its first number.
+void AddNoise(const Sensor& sensor, const NormalNumbers& normal, std::uint64_t index,
+              std::span<float> shares) {
+  std::vector<float> noise(shares.size());
+  for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = static_cast<float>(normal(index + i));
+  const auto full_well = static_cast<float>(sensor.full_well_e);
+  const auto read_variance = static_cast<float>(sensor.read_noise_e * sensor.read_noise_e);
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const float electrons = std::max(0.0F, shares[i] * full_well);
+    shares[i] = (electrons + std::sqrt(electrons + read_variance) * noise[i]) / full_well;
   }
-  const double number = Encoded(sensor, std::clamp(share + sensor.pedestal, 0.0, 1.0));
-  if (sensor.bits == 0) return static_cast<float>(number);
-  const double codes = static_cast<double>((1 << sensor.bits) - 1);
-  return static_cast<float>(std::round(number * codes) / codes);
+}
+
+// A row's shares of full scale, between 0 and 1.
+void ExposeRow(const Sensor& sensor, const NormalNumbers& normal, std::span<const float> light,
+               std::uint64_t index, std::span<float> shares) {
+  const auto exposure = static_cast<float>(sensor.exposure);
+  const auto pedestal = static_cast<float>(sensor.pedestal);
+  for (std::size_t i = 0; i < light.size(); ++i) shares[i] = exposure * light[i];
+  if (sensor.full_well_e > 0) AddNoise(sensor, normal, index, shares);
+  for (float& share : shares) share = std::min(std::max(share + pedestal, 0.0F), 1.0F);
+}
+
+void EncodeRow(const Sensor& sensor, std::span<const float> shares, std::span<float> numbers) {
+  if (sensor.curve == Sensor::Curve::kSrgb && sensor.bits == 8) {
+    std::vector<std::uint8_t> codes(shares.size());
+    LinearToSrgb8(shares.data(), shares.size(), codes.data());
+    for (std::size_t i = 0; i < codes.size(); ++i) numbers[i] = static_cast<float>(codes[i]) / 255;
+    return;
+  }
+  const double codes = sensor.bits > 0 ? static_cast<double>((1 << sensor.bits) - 1) : 0;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const double number = Encoded(sensor, static_cast<double>(shares[i]));
+    numbers[i] = static_cast<float>(codes > 0 ? std::round(number * codes) / codes : number);
+  }
 }
 
 void Require(bool holds, const char* name, double value) {
@@ -66,15 +84,15 @@ Image<Rgb> Develop(ImageSpan<const Rgb> light, const Sensor& sensor, std::uint64
   Require(sensor.gamma > 0 && std::isfinite(sensor.gamma), "gamma", sensor.gamma);
   Require(sensor.bits == 0 || (sensor.bits >= 8 && sensor.bits <= 16), "bits", sensor.bits);
   Image<Rgb> numbers(light.width, light.height);
+  const NormalNumbers normal;
   const std::uint64_t first = MixedHash(seed);
+  const auto width = 3 * static_cast<std::size_t>(light.width);
   ParallelForEach(0, light.height, [&](std::int64_t row) {
     const int y = static_cast<int>(row);
-    std::uint64_t index = first + 3 * static_cast<std::uint64_t>(row * light.width);
-    for (int x = 0; x < light.width; ++x, index += 3) {
-      const Rgb& l = light(x, y);
-      numbers(x, y) = {Number(sensor, l.r, index), Number(sensor, l.g, index + 1),
-                       Number(sensor, l.b, index + 2)};
-    }
+    std::vector<float> shares(width);
+    ExposeRow(sensor, normal, {&light.row(y)->r, width},
+              first + static_cast<std::uint64_t>(row) * width, shares);
+    EncodeRow(sensor, shares, {&numbers.row(y)->r, width});
   });
   return numbers;
 }

@@ -5,7 +5,9 @@
 #include <bit>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <memory>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -218,6 +220,24 @@ OIIO::ImageSpec PngSpec(int width, int height, int channels, PngCoding coding) {
   return spec;
 }
 
+// Numbers in [0, 1] as codes of all the type's bits.
+template <class Code>
+std::vector<Code> CodesOf(ImageSpan<const Rgb> numbers) {
+  constexpr double kFull = std::numeric_limits<Code>::max();
+  const auto width = 3 * static_cast<std::size_t>(numbers.width);
+  std::vector<Code> codes(width * static_cast<std::size_t>(numbers.height));
+  auto code = codes.begin();
+  for (int y = 0; y < numbers.height; ++y) {
+    const std::span<const float> row(&numbers.row(y)->r, width);
+    code = std::transform(row.begin(), row.end(), code, [](float number) {
+      // Above 0, so that what is cut off rounds.
+      const double half_above = std::clamp(static_cast<double>(number), 0.0, 1.0) * kFull + 0.5;
+      return static_cast<Code>(half_above);
+    });
+  }
+  return codes;
+}
+
 }  // namespace
 
 ImageInfo ReadImageInfo(const fs::path& path) {
@@ -329,26 +349,13 @@ void WriteGrey8(const fs::path& path, ImageSpan<const std::uint8_t> codes, PngCo
 }
 
 void WriteNumbers(const fs::path& path, ImageSpan<const Rgb> numbers, int bits) {
-  const double full = bits == 16 ? 65535 : 255;
-  std::vector<std::uint16_t> codes;
-  const auto code = [full](float number) {
-    return static_cast<std::uint16_t>(
-        std::lround(std::clamp(static_cast<double>(number), 0.0, 1.0) * full));
-  };
-  for (int y = 0; y < numbers.height; ++y) {
-    for (int x = 0; x < numbers.width; ++x) {
-      const Rgb& p = numbers(x, y);
-      codes.insert(codes.end(), {code(p.r), code(p.g), code(p.b)});
-    }
-  }
   OIIO::ImageSpec spec = PngSpec(numbers.width, numbers.height, 3, PngCoding::kPhotograph);
   if (bits == 16) {
     spec.set_format(OIIO::TypeDesc::UINT16);
-    WriteBuffer(path, spec, codes.data(), OIIO::TypeDesc::UINT16);
-    return;
+    WriteBuffer(path, spec, CodesOf<std::uint16_t>(numbers).data(), OIIO::TypeDesc::UINT16);
+  } else {
+    WriteBuffer(path, spec, CodesOf<std::uint8_t>(numbers).data(), OIIO::TypeDesc::UINT8);
   }
-  const std::vector<std::uint8_t> bytes(codes.begin(), codes.end());
-  WriteBuffer(path, spec, bytes.data(), OIIO::TypeDesc::UINT8);
 }
 
 Image<Rgb8> EncodeSrgb8(ImageSpan<const Rgb> linear) {

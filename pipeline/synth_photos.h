@@ -28,7 +28,7 @@ struct SynthPhotosOptions {
   int width_px = 2736;                       // of the rings' pictures, 3:2
   double k1 = 0;                             // of the rings' lens, Brown's first radial term
 
-  int samples = 64;  // lines of sight per pixel
+  int samples = 64;  // lines of sight per pixel, where areas can't be summed (prototype.h)
   double aperture_mm = 0, focus_mm = 0, vignetting = 0;
   double blur_px = 0;              // sigma of the lens's spread, beside the pupil's
   std::optional<double> exposure;  // not set: a layer with all emitters white is white

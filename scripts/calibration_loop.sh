@@ -20,7 +20,7 @@
 #
 # --width is of the photographs (3:2; 2736, 5 megapixels), --small takes panels of a sixteenth of the
 # pixels and photographs of 1 megapixel, which know less. --out keeps all files (half a GB for a
-# trial). Without --program the release preset is built. A trial takes about two minutes of a core.
+# trial). Without --program the release preset is built. A trial takes about a minute of a core.
 set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

@@ -1,10 +1,13 @@
 #include "datasets_synthetic/sensor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "datasets_synthetic/normal_numbers.h"
 #include "datasets_synthetic/pixel_points.h"
 #include "lightfield/error.h"
 
@@ -75,6 +78,36 @@ TEST(Sensor, EncodesAndRoundsToItsBits) {
   sensor.bits = 8;
   sensor.exposure = 0;
   EXPECT_THROW(Develop(light.span(), sensor, 0), Error);
+}
+
+// Kolmogorov's distance of a million numbers from the normal distribution, and what is beyond 4,
+// where every layer of the ziggurat is left behind.
+TEST(NormalNumbers, AreNormal) {
+  const NormalNumbers normal;
+  constexpr int kCount = 1000000;
+  std::vector<double> numbers;
+  for (int i = 0; i < kCount; ++i) {
+    numbers.push_back(normal(MixedHash(5) + static_cast<std::uint64_t>(i)));
+  }
+  double lag = 0;
+  for (int i = 1; i < kCount; ++i) {
+    lag += numbers[static_cast<std::size_t>(i)] * numbers[static_cast<std::size_t>(i - 1)];
+  }
+  EXPECT_LT(std::abs(lag / kCount), 4 / std::sqrt(kCount));
+  std::sort(numbers.begin(), numbers.end());
+  const auto share_below = [](double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); };
+  double distance = 0;
+  for (int i = 0; i < kCount; ++i) {
+    const double below = share_below(numbers[static_cast<std::size_t>(i)]);
+    distance = std::max(distance, std::abs(below - (i + 0.5) / kCount));
+  }
+  EXPECT_LT(distance, 1.95 / std::sqrt(kCount));  // once in a thousand it is more
+  const double far = 2 * kCount * share_below(-4);
+  const auto beyond =
+      std::count_if(numbers.begin(), numbers.end(), [](double x) { return std::abs(x) > 4; });
+  EXPECT_NEAR(static_cast<double>(beyond), far, 4 * std::sqrt(far));
+  EXPECT_GT(numbers.back(), 4.2);
+  EXPECT_LT(numbers.front(), -4.2);
 }
 
 // A net: of 64 points one falls into each box of 1/64 of the area, whatever the pixel's scrambling.
