@@ -42,6 +42,13 @@ class Patch {
   std::array<Quadratic, 3> columns_;
 };
 
+// Whether the middle of one of `pixels` is far off the straight line between its edges.
+bool Bends(const HitNumbers& at_0, const HitNumbers& at_half, const HitNumbers& at_1, int pixels) {
+  constexpr double kStraightPx = 1e-3;
+  const HitNumbers off = Quadratic(at_0, at_half, at_1).c / (4.0 * pixels * pixels);
+  return !(off.head<4>().cwiseAbs().maxCoeff() < kStraightPx);
+}
+
 bool AreClose(const SightHit& a, const SightHit& b) {
   constexpr double kClosePx = 1e-4;
   return (a.emitter - b.emitter).norm() < kClosePx && (a.modulator - b.modulator).norm() < kClosePx;
@@ -59,6 +66,12 @@ std::optional<CornerHits> CornerHits::Between(const Rect& rectangle, const Trace
     const auto hit = hit_at(0.5 * static_cast<double>(column), 0.5 * static_cast<double>(row));
     if (!hit) return std::nullopt;
     nodes[i] = NumbersOf(*hit);
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (Bends(nodes[3 * i], nodes[3 * i + 1], nodes[3 * i + 2], rectangle.width) ||
+        Bends(nodes[i], nodes[i + 3], nodes[i + 6], rectangle.height)) {
+      return std::nullopt;
+    }
   }
   const Patch patch(nodes);
   // A third derivative's error goes as t (t - 1/2) (t - 1). Of x and y it adds up at one of these

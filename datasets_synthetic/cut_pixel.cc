@@ -99,9 +99,13 @@ bool CutPixel(const std::array<OnPanels, 4>& corners, const std::vector<int>& ax
   }
   Piece whole;
   for (const OnPanels& corner : corners) whole.Add(corner);
-  double pieces = 1;
+  // A straight cut adds a piece and one for every cut of another axis that it crosses.
+  double pieces = 1, cuts = 0;
   for (const int axis : axes) {
-    pieces *= std::max(1.0, std::ceil(whole.High(axis)) - std::floor(whole.Low(axis)));
+    const double more =
+        std::max(0.0, std::ceil(whole.High(axis)) - std::floor(whole.Low(axis)) - 1);
+    pieces += more * (1 + cuts);
+    cuts += more;
   }
   if (!(pieces <= kMostPieces)) return false;
   const double area = whole.Area(axes[0], axes[1]);

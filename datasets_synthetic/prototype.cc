@@ -364,7 +364,7 @@ class Shooting {
         side_(spread ? LensSpread::kSide : 1),
         reach_(spread ? spread->reach() : 0),
         // So high that rows of its neighbours are few beside its own.
-        band_rows_(spread ? std::max(128, 4 * reach_) : Exposing::kTile) {}
+        band_rows_(spread ? std::max(64, 4 * reach_) : Exposing::kTile) {}
 
   void Shoot(Progress& progress) {
     ParallelForEach(0, (height_ + band_rows_ - 1) / band_rows_, [&](std::int64_t band) {

@@ -149,7 +149,7 @@ MtfRows Rows(const Display& display, const Analysis& analysis, const std::vector
   rows.single = Row(display, analysis, beams, Mtf);
   rows.both = Row(display, analysis, beams, ChainMtf);
   const bool collimated = std::all_of(beams.begin(), beams.end(), [](const AxisBeam& beam) {
-    return std::abs(beam.kappa_per_mm()) * beam.d0_mm < kAlike;
+    return std::abs(beam.kappa_per_mm() * beam.d0_mm) < kAlike;
   });
   if (collimated) rows.fixed_eye = Row(display, analysis, beams, FixedEyeChainMtf);
   return rows;

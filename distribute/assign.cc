@@ -12,7 +12,8 @@ LayerWeights::LayerWeights(std::span<const double> positions_mm, double border_m
   const float per_mm = 1 / static_cast<float>(border_mm);
   for (std::size_t i = 1; i < positions_mm.size(); ++i) {
     const double spacing = positions_mm[i] - positions_mm[i - 1];
-    if (!(border_mm >= 0 && border_mm <= spacing)) {
+    constexpr double kRounding = 1e-9;  // of positions
+    if (!(border_mm >= 0 && border_mm <= spacing * (1 + kRounding))) {
       throw UsageError(
           "--border-mm",
           fmt::format("{:g} mm between layers that are {:g} mm apart", border_mm, spacing),

@@ -21,7 +21,7 @@ namespace {
 constexpr double kWideningOfLimit = 0.3;
 constexpr double kFarthestOfLimit = -16;  // in viewing distances; behind it is infinity
 constexpr int kRowsOfStrip = 128;
-constexpr float kLeastWeight = 1e-4F;  // of light, to be divided by
+constexpr float kLeastWeight = 1e-7F;  // of light, to be divided by
 constexpr float kNowhere = -2;         // the place of what is not known
 
 // The beams' widths in the middle of a layer; nothing where they are no product of the axes.
@@ -99,10 +99,9 @@ struct SceneByPlanes {
   Light LightOf(const BlurPart& part, int x, int y) const {
     const float share = 1 - std::abs(places(x, y) - static_cast<float>(part.plane));
     if (!(share > 0)) return {};
-    const float weight =
-        share * limit.weights.Weight(part.layer, scene.z(x, y)) * scene.coverage(x, y);
-    const Rgb light = weight * scene.color(x, y);
-    return {light.r, light.g, light.b, weight};
+    const float weight = share * limit.weights.Weight(part.layer, scene.z(x, y));
+    const Rgb light = weight * scene.light(x, y);
+    return {light.r, light.g, light.b, weight * scene.coverage(x, y)};
   }
 };
 
@@ -131,8 +130,8 @@ class PlanesOfEye {
 };
 
 bool IsKnown(const SeenScene& scene, int x, int y) {
-  const Rgb color = scene.color(x, y);
-  return scene.coverage(x, y) > 0 && std::isfinite(color.r + color.g + color.b);
+  const Rgb light = scene.light(x, y);
+  return scene.coverage(x, y) > 0 && std::isfinite(light.r + light.g + light.b);
 }
 
 SceneByPlanes SortByPlanes(const SeenScene& scene, const BandLimit& limit, const Eye& eye) {

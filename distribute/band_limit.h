@@ -24,7 +24,7 @@ namespace lamella {
 
 // What an eye sees without a display; all of the eye's size.
 struct SeenScene {
-  Image<Rgb> color;  // linear
+  Image<Rgb> light;  // linear, of what is known, times its coverage
   Image<float> z;    // mm, in the display's frame; -inf: infinitely far
   Image<float> coverage;
 };

@@ -131,7 +131,8 @@ LayerBeams BeamsOf(const Display& display, int layer_index, int first_row, int e
       std::holds_alternative<LensletArray>(layer.optics)
           ? LensletBeams(LensletMap(display, layer_index), columns, first_row, end_row)
           : BarrierBeams(RayMap(display, layer_index), first_row, end_row);
-  if (directions == Directions::kIdeal && display.shear) {
+  const bool has_windows = !std::holds_alternative<BarePanel>(layer.optics);
+  if (directions == Directions::kIdeal && display.shear && has_windows) {
     Idealise(beams, display.distance_mm(layer));
   }
   return beams;

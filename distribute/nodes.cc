@@ -4,7 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "distribute/depth_blur.h"
+#include "lightfield/error.h"
 
 namespace lamella {
 namespace {
@@ -29,6 +32,12 @@ AimRange AllAims(const Display& display, const std::vector<LayerBeams>& beams, b
 // where its number of directions is even as well as where it is odd.
 NodeAxis CoverRange(const AimRange& range, double step, bool even) {
   if (!(range.min <= range.max)) return {0, step, 0};  // no emitter is lit
+  constexpr double kMostNodes = 1 << 16;
+  if (!((range.max - range.min) / step <= kMostNodes)) {
+    throw UsageError(
+        "layers", fmt::format("ask for {:.2g} directions per axis", (range.max - range.min) / step),
+        "give bare panels a wider eye_box_mm or fewer views");
+  }
   const double offset = even ? 0.5 : 0.0;
   const double first = std::floor(range.min / step - offset + 0.5);
   const double last = std::floor(range.max / step - offset + 0.5);
@@ -120,8 +129,10 @@ NodeLattice NodesFor(const Display& display, const std::vector<LayerBeams>& beam
   nodes.aim = {display.shear, display.viewing_distance_mm};
   const double step = StepOfAims(display) / nodes_per_step;
   const Layer& first = display.layers[0];
+  // The blur takes the one node that a beam's centre is nearest to: a bare panel's, the middle.
   const auto* bare = std::get_if<BarePanel>(&first.optics);
-  const bool even = (bare != nullptr ? bare->views : DirectionsPerAxis(first)) % 2 == 0;
+  const int eyes = bare == nullptr ? DirectionsPerAxis(first) : planes_mm.empty() ? bare->views : 1;
+  const bool even = eyes % 2 == 0;
   nodes.x = CoverRange(AllAims(display, beams, false, nodes.aim, kernel), step, even);
   // A lenticular sheet has no fan along y.
   nodes.y = CoverRange(AllAims(display, beams, true, nodes.aim, kernel), step,

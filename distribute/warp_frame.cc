@@ -38,7 +38,7 @@ Rgb Interpolated(const Image<Rgb>& picture, double column, double row) {
                                       static_cast<double>(pixel.b));
     }
   }
-  const auto light = [](double value) { return static_cast<float>(std::max(value, 0.0)); };
+  const auto light = [](double value) { return value > 0 ? static_cast<float>(value) : 0.0F; };
   return {light(sum.x()), light(sum.y()), light(sum.z())};
 }
 

@@ -82,6 +82,17 @@ void WriteTextAtomically(const fs::path& path, std::string_view text) {
   });
 }
 
+void CheckWritable(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    throw UsageError(path.string(), "is a folder", "give the name of a file");
+  }
+  const AtomicFile probe(path);
+  if (std::ofstream(probe.temporary())) return;
+  throw MachineError(path.string(), "can't be written",
+                     "give a file in a folder that exists and that you may write to");
+}
+
 std::string ReadText(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;

@@ -32,6 +32,10 @@ class AtomicFile {
 };
 void WriteTextAtomically(const std::filesystem::path& path, std::string_view text);
 
+// UsageError or MachineError where a file can't be written: said before the minutes that its
+// content takes.
+void CheckWritable(const std::filesystem::path& path);
+
 // The whole file; InputError where it can't be read.
 std::string ReadText(const std::filesystem::path& path);
 

@@ -80,6 +80,9 @@ Display AsCalibrated(const Display& display, const Calibration& calibration) {
     Layer& layer = calibrated.layers[l];
     layer.position_mm = from.display_from_stack.translation.z();
     layer.d0_mm = from.gap_mm / from.index / (layer.magnification * layer.magnification);
+    if (l == 0) continue;
+    const double spacing = layer.position_mm - calibrated.layers[l - 1].position_mm;
+    calibrated.border_mm = std::min(calibrated.border_mm, spacing);
   }
   return calibrated;
 }

@@ -24,7 +24,7 @@ void CheckCalibrates(const Calibration& calibration, const Display& display,
                      const std::string& where);
 
 // The display with positions and air-equivalent gaps of its layers as calibrated: what needs one
-// number for a whole layer.
+// number for a whole layer. Its border is at most as wide as they are apart.
 Display AsCalibrated(const Display& display, const Calibration& calibration);
 
 struct CalibratedBeam {

@@ -156,7 +156,7 @@ void CheckLayer(const Display& display, std::size_t index, const Checker& check)
     const auto& [x, y, z] = layer.plate->normal;
     check.Require(bare || std::holds_alternative<Barrier>(layer.optics),
                   name + " has a plate before a lens sheet",
-                  "leave it out: a plate is solved for before barriers only");
+                  "leave it out: a plate is solved for before barriers and bare panels only");
     check.Within(layer.plate->thickness_mm, 0, kLongestMm, name + ": the plate's thickness_mm");
     check.Within(layer.plate->index, 1, 4, name + ": the plate's index");
     check.Require(std::isfinite(std::hypot(x, y, z)) && std::abs(z) > 0.1 * std::hypot(x, y, z),

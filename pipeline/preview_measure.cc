@@ -49,8 +49,15 @@ std::vector<PupilPoint> PointsOfTarget(const Eye& eye, const std::optional<Pupil
   return points;
 }
 
+// What an eye sees without a display, with a guess where nothing is known.
+struct SeenTarget {
+  Image<Rgb> color;
+  SeenScene scene;
+};
+
 // Adds a bundle of a whole number of rays a pixel and axis.
-void AddRays(ImageSpan<const RaySample> samples, float weight, const Eye& eye, SeenScene& scene) {
+void AddRays(ImageSpan<const RaySample> samples, float weight, const Eye& eye, SeenTarget& target) {
+  SeenScene& scene = target.scene;
   const int split = samples.width / eye.width;
   const auto plane_mm = static_cast<float>(eye.plane_mm);
   ParallelFor(0, eye.height, 16, [&](std::int64_t first, std::int64_t last) {
@@ -58,8 +65,10 @@ void AddRays(ImageSpan<const RaySample> samples, float weight, const Eye& eye, S
       const RaySample* row = samples.row(y);
       for (int x = 0; x < samples.width; ++x) {
         const int column = x / split, line = y / split;
-        scene.color(column, line) += weight * row[x].color;
-        scene.coverage(column, line) += weight * row[x].coverage;
+        const float known = weight * row[x].coverage;
+        target.color(column, line) += weight * row[x].color;
+        if (known > 0) scene.light(column, line) += known * row[x].color;
+        scene.coverage(column, line) += known;
         float& z = scene.z(column, line);
         if (row[x].coverage > 0) z = std::max(z, plane_mm + row[x].z);
       }
@@ -67,20 +76,22 @@ void AddRays(ImageSpan<const RaySample> samples, float weight, const Eye& eye, S
   });
 }
 
-SeenScene SeenFrom(const RaySource& placed, const PupilPoint& point) {
+SeenTarget SeenFrom(const RaySource& placed, const PupilPoint& point) {
   const int width = point.bundles[0].width, height = point.bundles[0].height;
   const Eye& eye = point.eye;
-  SeenScene scene{Image<Rgb>(eye.width, eye.height),
-                  Image<float>(eye.width, eye.height, -std::numeric_limits<float>::infinity()),
-                  Image<float>(eye.width, eye.height)};
+  constexpr float kFarthest = -std::numeric_limits<float>::infinity();
+  SeenTarget target{
+      Image<Rgb>(eye.width, eye.height),
+      {Image<Rgb>(eye.width, eye.height), Image<float>(eye.width, eye.height, kFarthest),
+       Image<float>(eye.width, eye.height)}};
   const auto rays = static_cast<double>(point.bundles.size()) * width * height;
   const auto weight = static_cast<float>(static_cast<double>(eye.width) * eye.height / rays);
   Image<RaySample> samples(width, height);
   for (const RayBundle& bundle : point.bundles) {
     placed.Query(bundle, {0, 0, width, height}, samples.span());
-    AddRays(samples.span(), weight, eye, scene);
+    AddRays(samples.span(), weight, eye, target);
   }
-  return scene;
+  return target;
 }
 
 // Sums of pictures, each times a weight.
@@ -114,12 +125,12 @@ EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optio
   target.picture.share = Image<float>(eye.width, eye.height);
   Image<Rgb> color, limited;
   for (const PupilPoint& point : points) {
-    const SeenScene scene = SeenFrom(placed, point);
-    AddPicture(scene.color, weight, color);
-    for (std::size_t i = 0; i < scene.coverage.size(); ++i) {
-      target.picture.share.data()[i] += weight * scene.coverage.data()[i];
+    const SeenTarget seen = SeenFrom(placed, point);
+    AddPicture(seen.color, weight, color);
+    for (std::size_t i = 0; i < seen.scene.coverage.size(); ++i) {
+      target.picture.share.data()[i] += weight * seen.scene.coverage.data()[i];
     }
-    if (limit != nullptr) AddPicture(BandLimited(scene, *limit, point.eye), weight, limited);
+    if (limit != nullptr) AddPicture(BandLimited(seen.scene, *limit, point.eye), weight, limited);
   }
   target.picture.codes = EncodeSrgb8(color.span());
   if (limit != nullptr) target.band_limited = EncodeSrgb8(limited.span());

@@ -304,12 +304,20 @@ fs::path NativeFile(const fs::path& quilt) {
   return quilt.parent_path() / (stem.substr(0, stem.rfind("_qs")) + "_native.png");
 }
 
+// Where it goes, checked before the work.
+void PlanFiles(const fs::path& file, const QuiltPlan& plan, RenderedQuilt& quilt) {
+  quilt.file = file;
+  if (!file.parent_path().empty()) CreateFolder(file.parent_path());
+  CheckWritable(file);
+  if (!plan.visual) return;
+  quilt.native = NativeFile(file);
+  CheckWritable(quilt.native);
+}
+
 // The quilt to quilt.file and, where the plan has a device, what that shows to quilt.native.
-void WriteQuilt(const Image<Rgb8>& codes, const QuiltPlan& plan, RenderedQuilt& quilt) {
-  if (!quilt.file.parent_path().empty()) CreateFolder(quilt.file.parent_path());
+void WriteQuilt(const Image<Rgb8>& codes, const QuiltPlan& plan, const RenderedQuilt& quilt) {
   WriteCodes8(quilt.file, codes.span());
   if (!plan.visual) return;
-  quilt.native = NativeFile(quilt.file);
   WriteCodes8(quilt.native, WeaveQuilt(codes.span(), quilt.layout, plan.shape.views,
                                        plan.visual->panel, plan.filter)
                                 .span());
@@ -339,8 +347,9 @@ RenderedQuilt RenderQuilt(const Workspace& workspace, const RenderQuiltOptions& 
   const QuiltShape& shape = plan.shape;
   RenderedQuilt quilt;
   quilt.layout = shape.layout;
-  quilt.file = QuiltFile(out, workspace.root(), shape.layout);
+  const fs::path file = QuiltFile(out, workspace.root(), shape.layout);
   for (const char* stage : {"poses", "depth"}) FinishedStage(workspace, stage, "a quilt");
+  PlanFiles(file, plan, quilt);
 
   const std::vector<View> views = LoadViewSet(workspace).views;
   std::string note;

@@ -257,7 +257,7 @@ double NumImages(const Shot& shot, const Truth& truth) {
 
 // How many shots are photographed together, for lines of sight to be traced once: by the memory of
 // their photographs and of the images that each has for itself.
-std::size_t ShotsAtOnce(const std::vector<const Taken*>& left, const Truth& truth) {
+std::size_t ShotsAtOnce(const std::vector<const Taken*>& left, const Truth& truth, bool blurs) {
   constexpr double kBytes = 512.0 * 1024 * 1024;
   double photo_px = 0, panel_px = 0, images = 1;
   for (const Taken* taken : left) {
@@ -269,7 +269,8 @@ std::size_t ShotsAtOnce(const std::vector<const Taken*>& left, const Truth& trut
     panel_px =
         std::max(panel_px, static_cast<double>(layer.emitter.width_px) * layer.emitter.height_px);
   }
-  const double bytes = sizeof(Rgb) * (photo_px + images * panel_px);
+  // Bands in work, of half pixels, are at most three times the photographs they become.
+  const double bytes = sizeof(Rgb) * (photo_px * (blurs ? 4 : 1) + images * panel_px);
   return static_cast<std::size_t>(std::clamp(kBytes / bytes, 1.0, 16.0));
 }
 
@@ -308,7 +309,7 @@ void Take(const std::vector<const Taken*>& left, const SynthPhotosOptions& optio
   std::int64_t rows = 0;
   for (const Taken* taken : left) rows += taken->photo.camera.height;
   progress.Start("photographs", rows, "rows");
-  const std::size_t most = ShotsAtOnce(left, truth);
+  const std::size_t most = ShotsAtOnce(left, truth, options.blur_px > 0);
   ShotLoader loader(truth.calibration, truth.slot_crosstalk);
   for (auto first = left.begin(); first != left.end();) {
     std::set<const Shot*> shots;
@@ -376,10 +377,11 @@ OptionTable Describe(SynthPhotosOptions& o) {
               0, 85, "--tilt-deg"),
        number("width_px", "of the rings' pictures, px; 3:2", &o.width_px, 16, 16384, "--width-px"),
        number("k1", "radial distortion of the rings' cameras", &o.k1, -1, 1, "--k1"),
-       number(
-           "samples",
-           "lines of sight per pixel through lenses, a pupil or to paper; powers of two are best",
-           &o.samples, 1, 65536, "--samples"),
+       number("samples",
+              "lines of sight per pixel through lenses, a pupil or to paper, or onto many panel "
+              "pixels; "
+              "powers of two are best",
+              &o.samples, 1, 65536, "--samples"),
        number("aperture_mm", "diameter of the pupil, mm; 0: all is sharp", &o.aperture_mm, 0, 1000,
               "--aperture-mm"),
        number("focus_mm", "distance of the sharp plane along the axis, mm", &o.focus_mm, 0, 1e9,

@@ -237,17 +237,6 @@ void AddPhotometry(CLI::App& calibrate, Invocation& invocation) {
 
 }  // namespace
 
-void CheckWritable(const std::filesystem::path& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) {
-    throw UsageError(file.string(), "is a folder", "give the name of a file");
-  }
-  const AtomicFile probe(file);
-  if (std::ofstream(probe.temporary())) return;
-  throw MachineError(file.string(), "can't be written",
-                     "give a file in a folder that exists and that you may write to");
-}
-
 void AddCalibrate(CLI::App& program, Invocation& invocation) {
   CLI::App& app = *program.add_subcommand(
       "calibrate", "aligns a display by photographs of patterns that it shows");

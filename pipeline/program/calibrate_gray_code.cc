@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "pipeline/gray_code_photos.h"
 #include "pipeline/program/calibrate.h"

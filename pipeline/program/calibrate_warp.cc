@@ -11,6 +11,7 @@
 #include "distribute/displays.h"
 #include "distribute/emitter_frame.h"
 #include "distribute/warp_frame.h"
+#include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "pipeline/calibration_record.h"

@@ -33,7 +33,7 @@ TEST(CutPixel, SharesItOutAsCountedPointsDo) {
   for (const std::vector<int>& axes :
        {std::vector<int>{0, 1}, std::vector<int>{2, 3}, std::vector<int>{0, 1, 2, 3}}) {
     std::map<std::array<int, 4>, double> counted, cut;
-    constexpr int kSide = 1000;
+    constexpr int kSide = 400;
     for (int i = 0; i < kSide * kSide; ++i) {
       const int column = i % kSide, row = i / kSide;
       const OnPanels point = OnBoth((column + 0.5) / kSide, (row + 0.5) / kSide);

@@ -203,7 +203,8 @@ INSTANTIATE_TEST_SUITE_P(Panels, PrototypeAgainstHomography,
                          [](const auto& panel) { return std::string(panel.param); });
 
 // A stack that is tilted, bowed, refracting, behind a plate and a lens that distorts and spreads,
-// with patterns on both panels whose pixels are some of the camera's, or stripes.
+// with patterns on both panels whose pixels are some of the camera's, or stripes, or no pattern on
+// one.
 class PrototypeLineByLine : public testing::TestWithParam<const char*> {};
 
 Prototype BentStack(const std::string& name) {
@@ -214,7 +215,7 @@ Prototype BentStack(const std::string& name) {
   layer.modulator = layer.emitter;
   layer.emitter.bow_mm = name == "deep" ? 3 : 0.4;
   layer.emitter.rgb_stripes = name == "stripes";
-  layer.emitter.photometry.falloff = name == "falling_off" ? 3 : 0;
+  layer.emitter.photometry.falloff = name.ends_with("falling_off") ? 3 : 0;
   layer.modulator->bow_mm = -0.3;
   layer.gap_mm = 2;
   layer.index = 1.5;
@@ -232,6 +233,10 @@ Prototype BentStack(const std::string& name) {
   Prototype prototype;
   prototype.calibration.layers = {layer};
   prototype.shown = {{{light}, {passing}}};
+  const auto white = std::make_shared<Image<Rgb>>(40, 30, Rgb{1, 1, 1});
+  const auto open = std::make_shared<Image<float>>(40, 30, 1.0F);
+  if (name == "white_falling_off") prototype.shown = {{{white}, {open}}};
+  if (name == "slots") prototype.shown = {{{white, light}, {open, passing}}};
   return prototype;
 }
 
@@ -269,7 +274,8 @@ TEST_P(PrototypeLineByLine, GathersTheSameLight) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stacks, PrototypeLineByLine,
-                         testing::Values("bowed", "deep", "falling_off", "stripes"),
+                         testing::Values("bowed", "deep", "falling_off", "stripes",
+                                         "white_falling_off", "slots"),
                          [](const auto& stack) { return std::string(stack.param); });
 
 }  // namespace

@@ -400,21 +400,50 @@ TEST(Prototype, PutsVarifocalPlanesAtTheirDistanceAndSize) {
   }
 }
 
+// By samples and by areas, of several bands where the lens spreads light.
 TEST(Prototype, DoesNotDependOnTheNumberOfThreads) {
-  const Prototype prototype = Bare([](int u, int v) {
+  Prototype prototype = Bare([](int u, int v) {
     return Rgb{static_cast<float>(u * v % 7), static_cast<float>(u % 3), static_cast<float>(v % 5)};
   });
-  PrototypeCamera camera = Straight(101.3);
-  camera.aperture_mm = 3;
-  camera.focus_mm = 120;
-  std::vector<Image<Rgb>> photos;
-  for (const int threads : {1, 2}) {
-    const ThreadLimit limit(threads);
-    photos.push_back(Photo(prototype, camera));
+  LayerCalibration& layer = prototype.calibration.layers[0];
+  layer.modulator = layer.emitter;
+  layer.gap_mm = 2;
+  prototype.shown[0].modulator = {
+      Passing(layer.emitter, [](int u, int v) { return static_cast<float>((u + v / 2) % 3) / 2; })};
+  for (const double aperture_mm : {0.0, 3.0}) {
+    for (const double blur_px : {0.0, 1.5}) {
+      PrototypeCamera camera = Straight(101.3);
+      camera.camera.height = 300;
+      camera.camera.cy = 150;
+      camera.aperture_mm = aperture_mm;
+      camera.focus_mm = 120;
+      camera.blur_px = blur_px;
+      std::vector<Image<Rgb>> photos;
+      for (const int threads : {1, 2}) {
+        const ThreadLimit limit(threads);
+        photos.push_back(Photo(prototype, camera));
+      }
+      for (std::size_t i = 0; i < photos[0].size(); ++i) {
+        ASSERT_EQ(photos[0].data()[i], photos[1].data()[i]);
+      }
+    }
   }
-  for (std::size_t i = 0; i < photos[0].size(); ++i) {
-    EXPECT_EQ(photos[0].data()[i], photos[1].data()[i]);
-  }
+}
+
+// Two panels whose pixels are half of the camera's: areas, not samples.
+TEST(Prototype, SumsManyPanelPixelsByAreas) {
+  Prototype prototype = Bare([](int u, int v) {
+    return Rgb{static_cast<float>(u % 2), static_cast<float>(v % 3) / 2, 1};
+  });
+  LayerCalibration& layer = prototype.calibration.layers[0];
+  layer.modulator = layer.emitter;
+  layer.gap_mm = 2;
+  prototype.shown[0].modulator = {
+      Passing(layer.emitter, [](int u, int v) { return static_cast<float>((u + v) % 2); })};
+  PrototypeCamera camera = Straight();
+  camera.camera = {CameraModel::kPinhole, 20, 15, 97, 97, 10.2, 7.4, {}};
+  const Image<Rgb> one = Photo(prototype, camera, 1), many = Photo(prototype, camera, 1024);
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one.data()[i], many.data()[i]) << i;
 }
 
 TEST(Prototype, StandsExtremes) {

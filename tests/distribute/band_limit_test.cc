@@ -40,7 +40,7 @@ SeenScene SceneOf(const Eye& eye, double z, const std::function<float(int, int)>
   for (int y = 0; y < eye.height; ++y) {
     for (int x = 0; x < eye.width; ++x) {
       const float value = light(x, y);
-      scene.color(x, y) = {value, value, value};
+      scene.light(x, y) = {value, value, value};
     }
   }
   return scene;
@@ -158,12 +158,15 @@ TEST(BandLimit, UnknownStaysUnknownAndDarkensNothing) {
   for (int y = 0; y < eye.height; ++y) {
     for (int x = 0; x < 30; ++x) {
       scene.coverage(x, y) = 0;
-      scene.color(x, y) = {9, 9, 9};
+      scene.light(x, y) = {9, 9, 9};
     }
-    for (int x = 30; x < 40; ++x) scene.coverage(x, y) = 0.25F;
+    for (int x = 30; x < 40; ++x) {
+      scene.coverage(x, y) = 0.25F;
+      scene.light(x, y) = 0.25F * scene.light(x, y);
+    }
   }
-  scene.color(60, 35).g = std::numeric_limits<float>::quiet_NaN();
-  scene.color(61, 35).r = std::numeric_limits<float>::infinity();
+  scene.light(60, 35).g = std::numeric_limits<float>::quiet_NaN();
+  scene.light(61, 35).r = std::numeric_limits<float>::infinity();
   scene.z(70, 35) = std::numeric_limits<float>::quiet_NaN();
   const Image<Rgb> limited = BandLimited(scene, BandLimitOf(display).value(), eye);
   for (int y = 0; y < eye.height; ++y) {

@@ -21,7 +21,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kDistance = 600, kPitch = 0.31;
+constexpr double kBareDistance = 600, kBarePitch = 0.31;
 
 // Panels of 48x32 px, by their positions.
 Display BareDisplay(const std::vector<double>& positions_mm, BarePanel bare, double border_mm = 0) {
@@ -29,8 +29,8 @@ Display BareDisplay(const std::vector<double>& positions_mm, BarePanel bare, dou
   display.name = "bare";
   display.width_px = 48;
   display.height_px = 32;
-  display.pitch_mm = kPitch;
-  display.viewing_distance_mm = kDistance;
+  display.pitch_mm = kBarePitch;
+  display.viewing_distance_mm = kBareDistance;
   display.border_mm = border_mm;
   for (const double z : positions_mm) {
     Layer layer;
@@ -60,9 +60,9 @@ Rgb MeanOverEyes(const AnalyticScene& scene, double layer_mm, double x_mm, doubl
   const auto cell = [](int i, int of) { return (i + 0.5) / of - 0.5; };
   for (int i = 0; i < m * m * n * n; ++i) {
     const Eigen::Vector3d eye(eye_box_mm * cell(i % m, m), eye_box_mm * cell(i / m % m, m),
-                              kDistance);
-    const Eigen::Vector3d at(x_mm + kPitch * cell(i / m / m % n, n),
-                             y_mm + kPitch * cell(i / m / m / n, n), layer_mm);
+                              kBareDistance);
+    const Eigen::Vector3d at(x_mm + kBarePitch * cell(i / m / m % n, n),
+                             y_mm + kBarePitch * cell(i / m / m / n, n), layer_mm);
     const Rgb seen = scene.Trace({eye, at - eye}).color;
     sum += Eigen::Vector3d(static_cast<double>(seen.r), static_cast<double>(seen.g),
                            static_cast<double>(seen.b));
@@ -93,8 +93,8 @@ TEST(BarePanel, ShowsTheMeanOfWhatTheEyesOfItsBoxSee) {
     int count = 0;
     for (int row = 1; row < 32; row += 5) {
       for (int column = 1; column < 48; column += 4) {
-        const Rgb mean = MeanOverEyes(scene, 5, (column + 0.5 - 24) * kPitch,
-                                      (16 - row - 0.5) * kPitch, bare.eye_box_mm, 12, 3);
+        const Rgb mean = MeanOverEyes(scene, 5, (column + 0.5 - 24) * kBarePitch,
+                                      (16 - row - 0.5) * kBarePitch, bare.eye_box_mm, 12, 3);
         const double error = WorstError(shown.color(column, row), mean);
         worst = std::max(worst, error);
         sum += error * error;
@@ -116,18 +116,18 @@ TEST(BarePanel, EveryEyeSeesItsPicture) {
   const LayerImages images = Distribute(scene, display, options, SilentProgress());
   for (const double x : {0.0, -25.0, 200.0}) {
     Eye eye;
-    eye.position = {x, -10, kDistance};
+    eye.position = {x, -10, kBareDistance};
     eye.plane_mm = 5;
     eye.left_mm = -5;
     eye.top_mm = 3;
-    eye.pixel_mm = kPitch;
+    eye.pixel_mm = kBarePitch;
     eye.width = 30;
     eye.height = 18;
     const EyePicture seen = SimulateEye(images, display, eye);
     for (int row = 0; row < eye.height; ++row) {
       for (int column = 0; column < eye.width; ++column) {
-        const double px = eye.left_mm + (column + 0.5) * kPitch;
-        const double py = eye.top_mm - (row + 0.5) * kPitch;
+        const double px = eye.left_mm + (column + 0.5) * kBarePitch;
+        const double py = eye.top_mm - (row + 0.5) * kBarePitch;
         // The eye's pixels lie between the panel's: both blur.
         EXPECT_LT(WorstError(seen.color(column, row), scene.rectangles[0].color(px, py)), 0.02);
         EXPECT_NEAR(seen.coverage(column, row), 1, 1e-5);
@@ -145,10 +145,10 @@ double MeanSquaredError(const Display& display, const AnalyticScene& scene,
   for (int i = 0; i < 9; ++i) {
     const int column = i % 3, row = i / 3;
     Eye eye;
-    eye.position = {20.0 * (column - 1), 20.0 * (row - 1), kDistance};
+    eye.position = {20.0 * (column - 1), 20.0 * (row - 1), kBareDistance};
     eye.left_mm = -5;
     eye.top_mm = 3;
-    eye.pixel_mm = kPitch;
+    eye.pixel_mm = kBarePitch;
     eye.width = 32;
     eye.height = 19;
     const EyePicture seen = SimulateEye(images, display, eye);
@@ -220,6 +220,50 @@ TEST(BarePanel, CalibratedIsAsDesignedWhereNothingIsAskew) {
   }
 }
 
+// Linear blending over all of the spacing holds where the panels stand nearer or farther apart.
+TEST(BarePanel, CalibratedPanelsBlendOverTheirOwnSpacing) {
+  const Display display = BareDisplay({-10, 10}, {30, 2}, 20);
+  for (const double nearer : {-0.3, 0.0, 0.3}) {
+    Calibration real = DesignCalibration(display);
+    real.layers[1].display_from_stack.translation.z() -= nearer;
+    EXPECT_LE(AsCalibrated(display, real).border_mm, 20 - nearer);
+    AnalyticScene scene;
+    scene.rectangles = {WavesAt(0, 0.1)};
+    const LayerImages images = Distribute(scene, display, {}, SilentProgress(), &real);
+    EXPECT_NEAR(images.slots[0][0].color(20, 10).r / images.slots[1][0].color(20, 10).r, 1, 0.08);
+  }
+}
+
+TEST(BarePanel, HasNoWindowsThatCouldBeIdeal) {
+  const Display display = BareDisplay({5}, {40, 4});
+  AnalyticScene scene;
+  scene.rectangles = {WavesAt(-12, 0.2)};
+  LayersOptions ideal;
+  ideal.directions = "ideal";
+  const LayerImages a = Distribute(scene, display, {}, SilentProgress());
+  const LayerImages b = Distribute(scene, display, ideal, SilentProgress());
+  for (std::size_t i = 0; i < 48 * 32; ++i) {
+    EXPECT_EQ(a.slots[0][0].color.data()[i], b.slots[0][0].color.data()[i]);
+  }
+}
+
+TEST(BarePanel, BlursTheMiddleEyesPictureAsWideAsItsBox) {
+  const Display display = BareDisplay({5}, {40, 8});
+  AnalyticScene scene;
+  scene.rectangles = {WavesAt(-12, 0.2)};
+  LayersOptions blur;
+  blur.prefilter = "blur";
+  blur.samples_per_pixel = 2;
+  const LayerImages images = Distribute(scene, display, blur, SilentProgress());
+  for (int row = 2; row < 30; row += 5) {
+    for (int column = 2; column < 46; column += 5) {
+      const Rgb mean = MeanOverEyes(scene, 5, (column + 0.5 - 24) * kBarePitch,
+                                    (16 - row - 0.5) * kBarePitch, 40, 12, 3);
+      EXPECT_LT(WorstError(images.slots[0][0].color(column, row), mean), 0.02);
+    }
+  }
+}
+
 // A panel that stands elsewhere shows what eyes see through where its emitters really are.
 TEST(BarePanel, FollowsACalibration) {
   const Display display = BareDisplay({5}, {30, 6});
@@ -236,7 +280,7 @@ TEST(BarePanel, FollowsACalibration) {
     for (int column = 1; column < 48; column += 7) {
       const Eigen::Vector3d at =
           askew.layers[0].display_from_stack *
-          Eigen::Vector3d((column + 0.5 - 24) * kPitch, (16 - row - 0.5) * kPitch, 0);
+          Eigen::Vector3d((column + 0.5 - 24) * kBarePitch, (16 - row - 0.5) * kBarePitch, 0);
       const Rgb mean = MeanOverEyes(scene, at.z(), at.x(), at.y(), 30, 8, 3);
       EXPECT_LT(WorstError(images.slots[0][0].color(column, row), mean), 0.01);
     }
@@ -246,18 +290,18 @@ TEST(BarePanel, FollowsACalibration) {
 TEST(BarePanel, HasTheBandwidthOfOneDirection) {
   const Display display = BareDisplay({5}, {60, 8});
   const Layer& layer = display.layers[0];
-  EXPECT_DOUBLE_EQ(SharpRangeMm(display, layer), (kDistance - 5) * kPitch / 60);
+  EXPECT_DOUBLE_EQ(SharpRangeMm(display, layer), (kBareDistance - 5) * kBarePitch / 60);
   EXPECT_EQ(DirectionsPerAxis(layer), 1);
   EXPECT_DOUBLE_EQ(Brightness(display, layer), 1);
   EXPECT_DOUBLE_EQ(CleanEyeBox(display), 30);
   EXPECT_EQ(RaysOf(display, layer), 48 * 32);
   // Of content dz before it, a line of sight through an emitter moves by E dz / (D - z) with the
   // eye.
-  const double dz = 12, width = 60 * dz / (kDistance - 5), f = 0.1;
+  const double dz = 12, width = 60 * dz / (kBareDistance - 5), f = 0.1;
   EXPECT_NEAR(Mtf(MiddleBeam(display, layer), dz, f),
               std::abs(std::sin(M_PI * f * width) / (M_PI * f * width)) *
-                  std::sin(M_PI * f * kPitch * (1 - dz / 595)) /
-                  (M_PI * f * kPitch * (1 - dz / 595)),
+                  std::sin(M_PI * f * kBarePitch * (1 - dz / 595)) /
+                  (M_PI * f * kBarePitch * (1 - dz / 595)),
               1e-9);
 }
 

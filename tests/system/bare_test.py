@@ -68,6 +68,11 @@ class BareTest(SystemTest):
         words = compared.out.splitlines()[-1].split()
         self.assertLess(float(words[words.index("ray_rms_px") + 1]), 0.02)
 
+        write_grid(self.dir / "grid")
+        shown = run("run", self.dir / "grid", "--workspace", self.dir / "w", "--display", self.dir / "display.toml",
+                    "--calibration", self.dir / "calibration.json", "--quality", "draft", "--until", "frames")
+        self.assertEqual(shown.code, 0, shown.err)
+
         write_png(self.dir / "picture.png", 480, 270, lambda x, y: (x // 2, y // 2, 255 if x > y else 0))
         arguments = ("calibrate", "warp", self.dir / "picture.png", "--display", self.dir / "display.toml",
                      "--calibration", self.dir / "calibration.json", "--out", self.dir / "frame.png")
