@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Runs the measurements of docs/accuracy.md and writes the page; see scripts/accuracy.sh.
 
-A measurement is a few commands of the program. Its figures are kept in WORK/NAME.json and taken from
-there the next time; its workspace goes as soon as they are.
+A measurement is a few commands of the program. Its figures are kept in RECORDS/NAME.json, with the day and the version
+that they are of, and taken from there the next time; its workspace goes as soon as they are.
 """
 import argparse
+import datetime
 import json
 import math
 import os
@@ -17,6 +18,7 @@ import time
 import tomllib
 from pathlib import Path
 
+EXPERIMENTS = Path(__file__).parents[1] / "docs/experiments.md"
 QUALITIES = ("draft", "balanced", "best")
 STAGES = ("capture", "poses", "depth", "layers", "frames", "preview")
 PITCH_MM = 0.3113158871666749
@@ -45,11 +47,13 @@ LOOP_FIGURES = {"gap_error_mm": ("gap", "mm", 0.01), "rotation_error_deg": ("rot
 
 
 class Bench:
-    """Runs the program and keeps the figures."""
+    """Runs the program and keeps the figures. `measures`: also what has no record yet."""
 
-    def __init__(self, program, data, work):
-        self.program, self.data, self.work = program, data, work
-        work.mkdir(parents=True, exist_ok=True)
+    def __init__(self, program, data, work, records, measures=True):
+        self.program, self.data, self.work, self.records, self.measures = program, data, work, records, measures
+        for folder in (work, records):
+            folder.mkdir(parents=True, exist_ok=True)
+        self.version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.strip()
 
     def run(self, *words):
         """Standard output of `lamella WORDS`, with wall time and peak memory of the process."""
@@ -63,12 +67,16 @@ class Bench:
         return out, {"seconds": time.monotonic() - start, "peak_mib": usage.ru_maxrss / 1024}
 
     def measure(self, name, take):
-        """take(workspace) gives a dictionary, once."""
-        path = self.work / f"{name}.json"
+        """take(workspace) gives a dictionary, once. None where there is no record and nothing is to be measured."""
+        path = self.records / f"{name}.json"
         if not path.exists():
+            if not self.measures:
+                return None
             print(f"accuracy: {name}", file=sys.stderr, flush=True)
             with tempfile.TemporaryDirectory(dir=self.work) as folder:
-                path.write_text(json.dumps(take(Path(folder) / "W"), indent=1) + "\n")
+                figures = take(Path(folder) / "W")
+            day = datetime.date.today().isoformat()
+            path.write_text(json.dumps({"measured": day, "version": self.version, **figures}, indent=1) + "\n")
         return json.loads(path.read_text())
 
     def room(self):
@@ -292,10 +300,10 @@ def closed_loop(bench):
 
 def take_calibration(bench):
     terms = {name: bench.measure("_".join(["calibration_trials", *options]).replace("--", ""),
-                                 calibration_trials(bench, *options))["trials"]
+                                 calibration_trials(bench, *options))
              for name, (options, _) in TERMS.items()}
-    return {"loop": terms["nothing"], "time": bench.measure("calibration_time", calibration_time(bench)),
-            "terms": terms, "closed_loop": bench.measure("closed_loop", closed_loop(bench))}
+    return {"terms": terms, "time": bench.measure("calibration_time", calibration_time(bench)),
+            "closed_loop": bench.measure("closed_loop", closed_loop(bench))}
 
 
 def take_true_depth(bench):
@@ -323,7 +331,7 @@ def take_all(bench):
                                                       "paper-two-layer", "balanced"))
     results["true_depth"] = take_true_depth(bench)
     results["calibration"] = take_calibration(bench)
-    results["trade"] = (Path(__file__).parents[1] / "docs/experiments.md").read_text()
+    results["trade"] = EXPERIMENTS.read_text()
     results["scenes"] = {name: bench.measure(f"scene_{name}", scene(bench, name, judged)) for name, judged in SCENES.items()}
     return results
 
@@ -381,44 +389,65 @@ pixels apart, 8x8 directions each with a barrier's steps between them. Time and 
 """ + table(["display and quality", "true depth (worst to best eye)", "estimated depth", "loss", "time", "peak memory"], rows)
 
 
-def calibration_section(results):
-    solved = [line for line in results["loop"] if not line.startswith("refused")]
+def loop_part(record):
+    trials = record["trials"]
+    solved = [line for line in trials if not line.startswith("refused")]
     rows = []
     for key, (name, unit, bound) in LOOP_FIGURES.items():
         values = sorted(number(line, key) for line in solved) or [math.nan]
         rows.append([f"{name}, {unit}", f"{values[len(values) // 2]:.2g}", f"{values[-1]:.2g}", f"{bound:g}",
                      f"{sum(v <= bound for v in values)} of {len(values)}"])
-    refused = len(results["loop"]) - len(solved)
-    return f"""## A prototype calibrated from photographs
-
-`scripts/calibration_loop.sh --trials {TRIALS} --first {FIRST_SEED}`: two barrier layers of two panels each, one seen in a mirror, misaligned at
+    return f"""`scripts/calibration_loop.sh --trials {TRIALS} --first {FIRST_SEED}`: two barrier layers of two panels each, one seen in a mirror, misaligned at
 random by up to 20 mm, 5° and 0.5 %, gaps of 3 to 10 mm of acrylic; virtual photographs of 5 megapixels from 12
-positions, distorted, blurred by 1 px and noisy. {len(solved)} of {TRIALS} calibrations were written, {refused} refused by the gates:
+positions, distorted, blurred by 1 px and noisy. {len(solved)} of {TRIALS} calibrations were written, {len(trials) - len(solved)} refused by the gates:
 
-""" + table(["error against the truth", "median", "largest", "asked for", "within"], rows) + f"""
+""" + table(["error against the truth", "median", "largest", "asked for", "within"], rows)
 
-`lamella calibrate solve` of {results["time"]["photographs"]} such photographs, from files to calibration and report, takes {cost(results["time"])[0]} and
-{cost(results["time"])[1]}.
 
-Which parameters beyond poses, gaps and scales photographs ask for, of such prototypes that differ from their design
+def time_part(record):
+    seconds, memory = cost(record)
+    return f"""`lamella calibrate solve` of {record["photographs"]} such photographs, from files to calibration and report, takes {seconds} and
+{memory}."""
+
+
+def terms_part(terms):
+    rows = terms_rows(terms)
+    return """Which parameters beyond poses, gaps and scales photographs ask for, of such prototypes that differ from their design
 (the same seeds and photographs; calibrations in which each was freed, of those written):
 
-""" + table(["what the design does not know", *TERM_GROUPS], terms_rows(results["terms"])) + f"""
+""" + table(["what the design does not know", *TERM_GROUPS], rows)
 
-Frames made by a calibration, shown on a prototype of paper-two-layer's size that is 20 mm and 5° off, and looked at
+
+def closed_loop_part(record):
+    return """Frames made by a calibration, shown on a prototype of paper-two-layer's size that is 20 mm and 5° off, and looked at
 from 5 new positions (`LAMELLA_FULL_SIZE=1 build/release/tests/pipeline_test --gtest_filter='CalibratedDisplay.*'`): RMS
 of what is seen beside the scene, linear, white 1. The two prototypes differ; in the second the reference panel, which is
 a calibration's world, is in its place:
 
 """ + table(["panels known", "corrected", "uncorrected", "a homography per layer", "a homography per panel"],
-            [closed_loop_row("exactly", results["closed_loop"]["known"]),
-             closed_loop_row("from 12 positions", results["closed_loop"]["photographs"])])
+            [closed_loop_row("exactly", record["known"]), closed_loop_row("from 12 positions", record["photographs"])])
+
+
+def calibration_section(results):
+    """Of what is on record."""
+    terms = {name: record for name, record in results["terms"].items() if record}
+    parts = ["## A prototype calibrated from photographs"]
+    if "nothing" in terms:
+        parts.append(loop_part(terms["nothing"]))
+    if results["time"]:
+        parts.append(time_part(results["time"]))
+    if len(terms) > 1:
+        parts.append(terms_part(terms))
+    if results["closed_loop"]:
+        parts.append(closed_loop_part(results["closed_loop"]))
+    return "\n\n".join(parts)
 
 
 def terms_rows(terms):
     rows = []
-    for name, (_, wanted) in TERMS.items():
-        solved = [line for line in terms[name] if not line.startswith("refused")]
+    for name, record in terms.items():
+        wanted = TERMS[name][1]
+        solved = [line for line in record["trials"] if not line.startswith("refused")]
         freed = lambda group: sum(group in line.partition("freed ")[2].split(", ") for line in solved)
         counts = [f"{freed(group)} of {len(solved)}" for group in TERM_GROUPS]
         rows.append([name, *(f"**{count}**" if group == wanted else count for group, count in zip(TERM_GROUPS, counts))])
@@ -594,16 +623,35 @@ def written(text, name, content):
     return before + start + content + "\n" + end + rest.split(end)[1]
 
 
+def with_section(text, section):
+    """The page with a section in the place of that of its heading, or before the stages' costs where there is none."""
+    heading = section.partition("\n")[0]
+    if f"\n{heading}\n" in text:
+        return re.sub(rf"^{re.escape(heading)}\n.*?(?=^## |\Z)", lambda _: section + "\n\n", text, flags=re.MULTILINE | re.DOTALL)
+    before, mark, after = text.partition("## Time and peak memory")
+    return before + section + "\n\n" + mark + after
+
+
+SECTIONS = {"true-depth": lambda bench: true_depth_section(take_true_depth(bench)),
+            "calibration": lambda bench: calibration_section(take_calibration(bench)),
+            "trade": lambda bench: trade_section(EXPERIMENTS.read_text())}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for name in ("program", "data", "work", "page", "readme"):
+    for name in ("program", "data", "work", "records", "page", "readme"):
         parser.add_argument(f"--{name}", type=Path, required=True)
-    parser.add_argument("--only", choices=["true-depth", "calibration"], help="measure one section and print it")
+    parser.add_argument("--only", choices=SECTIONS, help="measure and write one section of the page")
+    parser.add_argument("--recorded", action="store_true", help="with --only: write what is on record, measure nothing")
     arguments = parser.parse_args()
-    bench = Bench(arguments.program.resolve(), arguments.data.resolve(), arguments.work.resolve())
+    if arguments.recorded and not arguments.only:
+        parser.error("--recorded is for one section: give --only")
+    bench = Bench(arguments.program.resolve(), arguments.data.resolve(), arguments.work.resolve(),
+                  arguments.records.resolve(), measures=not arguments.recorded)
     if arguments.only:
-        print(true_depth_section(take_true_depth(bench)) if arguments.only == "true-depth"
-              else calibration_section(take_calibration(bench)))
+        section = SECTIONS[arguments.only](bench)
+        arguments.page.write_text(with_section(arguments.page.read_text(), section))
+        print(section)
         return
     results = take_all(bench)
     arguments.page.write_text(page(results))

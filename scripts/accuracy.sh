@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Measures what lamella reaches and what it costs, with commands anyone can run, and writes
-# docs/accuracy.md and the table in README.md. Takes about six hours on two idle cores.
+# docs/accuracy.md and the table in README.md. Takes about five hours on two idle cores.
 #
-#   scripts/accuracy.sh [--fresh] [--only true-depth|calibration]
+#   scripts/accuracy.sh [--fresh] [--only true-depth|calibration|trade [--recorded]]
 #
 # Needs the real captures in LAMELLA_DATA (or ../shared/data beside the checkout); the generated
-# capture is made on the way. Measurements that are there already (output/accuracy/) are kept; --fresh
-# takes all of them anew, as a change of the program's code asks for. --only measures one section of
-# the page and prints it.
+# capture is made on the way. Measurements that are on record already (docs/measurements/) are kept;
+# --fresh takes all of them anew, as a change of the program's code asks for. --only measures and
+# writes one section of the page; with --recorded it is written from what is on record.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -16,8 +16,9 @@ only=()
 while (($#)); do
   case "$1" in
     --fresh) fresh=true; shift ;;
-    --only) only=(--only "$2"); shift 2 ;;
-    *) echo "accuracy: unknown argument $1; usage: scripts/accuracy.sh [--fresh] [--only true-depth|calibration]" >&2; exit 2 ;;
+    --only) only+=(--only "$2"); shift 2 ;;
+    --recorded) only+=(--recorded); shift ;;
+    *) echo "accuracy: unknown argument $1; usage: scripts/accuracy.sh [--fresh] [--only true-depth|calibration|trade [--recorded]]" >&2; exit 2 ;;
   esac
 done
 
@@ -30,6 +31,6 @@ fi
 scripts/setup.sh
 cmake --preset release --log-level=WARNING
 cmake --build --preset release --target lamella pipeline_test
-$fresh && rm -rf output/accuracy
+$fresh && rm -rf docs/measurements
 exec python3 scripts/accuracy.py --program build/release/lamella --data "$data" \
-  --work output/accuracy --page docs/accuracy.md --readme README.md "${only[@]}"
+  --work output/accuracy --records docs/measurements --page docs/accuracy.md --readme README.md "${only[@]}"
