@@ -134,7 +134,7 @@ MISTAKES = [
     (LENSES, "views = 9", "views = 0", "layer 1", "views = 0", "give a number from"),
     (LENSES, "slant = 0.2", "slant = 2000", "layer 1", "slant = 2000", "give a number from"),
     (LENSES, "pitch_mm = 0.2", "pitch_mm = 0.2\nbinning_px = 2", "layer 1", "binning_px = 2", "binning_px = 1"),
-    (LENSES, "[layer.lenslets]", "[layer.barrier]\nperiod_px = 6\naperture_px = 2\nslots = 3\n[layer.lenslets]", "layer 0", "more than one", "keep"),
+    (LENSES, "[layer.lenslets]", "[layer.barrier]\nperiod_px = 6\naperture_px = 2\nslots = 3\n[layer.lenslets]", "layer 0", "beside", "keep"),
     (LENSES, LENSES[LENSES.index("[layer.lenticular]"):], "", "layer 1", "[layer.lenticular]", "add one"),
     # planes
     (VARIFOCAL, "planes = 3", "planes = 0", "[varifocal]", "planes = 0", "give 1 to"),
