@@ -440,6 +440,8 @@ def calibration_section(results):
         parts.append(terms_part(terms))
     if results["closed_loop"]:
         parts.append(closed_loop_part(results["closed_loop"]))
+    if len(parts) == 1:
+        sys.exit("accuracy: nothing of this section is on record; leave --recorded out")
     return "\n\n".join(parts)
 
 
