@@ -29,10 +29,10 @@ Kernel KernelOf(const std::string& name) {
 }
 
 LayerWeights WeightsOf(const Display& display, const LayersOptions& options) {
-  const double offset = options.border_offset_mm.value_or(display.border_offset_mm);
-  std::vector<double> positions;
-  for (const Layer& layer : display.layers) positions.push_back(layer.position_mm + offset);
-  return {positions, options.border_mm.value_or(display.border_mm)};
+  Display shown = display;
+  shown.border_mm = options.border_mm.value_or(display.border_mm);
+  shown.border_offset_mm = options.border_offset_mm.value_or(display.border_offset_mm);
+  return WeightsOf(shown);
 }
 
 std::vector<CalibratedMap> MapsOf(const Display& display, const Calibration* calibration) {

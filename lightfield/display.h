@@ -168,7 +168,7 @@ std::string ToToml(const Display& display);  // reads back to the same display
 std::string NameOf(const Optics& optics);
 // UsageError where the layer has other optics.
 const Barrier& BarrierOf(const Display& display, std::size_t index);
-// What stands before the emitters of a barrier or of a bare panel: openings without end.
+// The openings of a layer's barrier; of a bare panel one before every emitter, always open.
 Barrier OpeningsOf(const Layer& layer);
 // 1/f of a layer's lenses as seen by the viewer; a focal length of 0 is d0.
 double LensPowerPerMm(const Layer& layer, double focal_mm);

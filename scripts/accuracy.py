@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the measurements of docs/accuracy.md and writes the page; see scripts/accuracy.sh.
 
-A measurement is a few commands of the program. Its figures are kept in RECORDS/NAME.json, with the day and the version
+A measurement is a few commands of the program. Its figures are kept in RECORDS/NAME.json, with the day and the commit
 that they are of, and taken from there the next time; its workspace goes as soon as they are.
 """
 import argparse
@@ -53,7 +53,8 @@ class Bench:
         self.program, self.data, self.work, self.records, self.measures = program, data, work, records, measures
         for folder in (work, records):
             folder.mkdir(parents=True, exist_ok=True)
-        self.version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+        self.commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=Path(__file__).parent,
+                                     capture_output=True, text=True, check=True).stdout.strip()
 
     def run(self, *words):
         """Standard output of `lamella WORDS`, with wall time and peak memory of the process."""
@@ -76,7 +77,7 @@ class Bench:
             with tempfile.TemporaryDirectory(dir=self.work) as folder:
                 figures = take(Path(folder) / "W")
             day = datetime.date.today().isoformat()
-            path.write_text(json.dumps({"measured": day, "version": self.version, **figures}, indent=1) + "\n")
+            path.write_text(json.dumps({"measured": day, "commit": self.commit, **figures}, indent=1) + "\n")
         return json.loads(path.read_text())
 
     def room(self):

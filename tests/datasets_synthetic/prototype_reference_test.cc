@@ -269,8 +269,11 @@ TEST_P(PrototypeLineByLine, GathersTheSameLight) {
   const double mean = sum / (3 * static_cast<double>(expected.size()));
   RecordProperty("mean_absolute_difference", std::to_string(mean));
   RecordProperty("largest_difference", std::to_string(largest));
-  EXPECT_LT(mean, 4e-4);
-  EXPECT_LT(largest, 3e-3);
+  // Of a striped pixel a channel is a third as wide and three times as bright: so coarser are the
+  // plain way's lines of sight.
+  const double coarser = std::string(GetParam()) == "stripes" ? 3 : 1;
+  EXPECT_LT(mean, 1.2e-4 * coarser);
+  EXPECT_LT(largest, 1.3e-3 * coarser);
 }
 
 INSTANTIATE_TEST_SUITE_P(Stacks, PrototypeLineByLine,
