@@ -28,11 +28,12 @@ void AppendLittleEndian(std::string& bytes, UInt value) {
 
 }  // namespace
 
-void SaveDepthMap(const fs::path& path, const DepthMap& map, ExrCompression compression) {
+void SaveDepthMap(const fs::path& path, const DepthMap& map) {
   std::vector<Channel> channels;
   channels.push_back({kDepthChannel, map.depth.Clone()});
   channels.push_back({kConfidenceChannel, map.confidence.Clone()});
-  WriteExr(path, channels, ExrType::kFloat, compression);
+  // Packing takes an eighth off estimated depth, and longer to undo than to read it.
+  WriteExr(path, channels, ExrType::kFloat, ExrCompression::kNone);
 }
 
 DepthMap LoadDepthMap(const fs::path& path) {

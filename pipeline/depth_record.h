@@ -9,12 +9,10 @@
 
 #include "lightfield/depth_map.h"
 #include "lightfield/image.h"
-#include "lightfield/image_io.h"
 
 namespace lamella {
 
-void SaveDepthMap(const std::filesystem::path& path, const DepthMap& map,
-                  ExrCompression compression = ExrCompression::kZip);
+void SaveDepthMap(const std::filesystem::path& path, const DepthMap& map);
 // InputError where the file is absent, damaged, or holds what no depth map can hold.
 DepthMap LoadDepthMap(const std::filesystem::path& path);
 // The depth alone, also of an EXR that has no confidence (true depth).

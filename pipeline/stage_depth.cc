@@ -9,7 +9,6 @@
 #include "depth/warped_depth.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
-#include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/depth_record.h"
 #include "pipeline/poses_record.h"
@@ -38,9 +37,7 @@ class FileStore final : public DepthStore {
     return LoadDepthMap(run_.folder() / File(pass, view));
   }
   void Save(int pass, int view, const DepthMap& map) override {
-    // Maps of the earlier passes don't stay: their size matters less than the time to pack them.
-    SaveDepthMap(run_.folder() / File(pass, view), map,
-                 pass + 1 == num_passes_ ? ExrCompression::kZip : ExrCompression::kNone);
+    SaveDepthMap(run_.folder() / File(pass, view), map);
   }
   DepthMap Result(int view) { return Load(num_passes_ - 1, view); }
 
