@@ -14,7 +14,7 @@ namespace {
 
 // Emitter rows whose sums one task owns. More rows share more of the samples' rows, fewer keep
 // more threads busy.
-constexpr int kBandRows = 32;
+constexpr int kBandRows = 128;
 
 // The overlaps along y of some emitter rows of a layer, by their first sample: so each row of
 // samples is needed once.
@@ -84,101 +84,139 @@ class RowWindow {
   int next_ = std::numeric_limits<int>::min();
 };
 
-// Places that follow each other in a row of sums, and so do their overlaps.
+// Places that follow each other in a row of sums, with all that they take of a row of samples:
+// `taps` each, from the sample firsts[i] of the row on with weights[taps * i ...].
 struct Run {
   int slot = 0, place = 0;
-  int first = 0, count = 0;  // of the overlaps
+  int taps = 0;
+  std::vector<int> firsts;
+  std::vector<float> weights;
+  int count() const { return static_cast<int>(firsts.size()); }
 };
 
-std::vector<Run> RunsOf(const std::vector<Overlap>& overlaps) {
+// Of a node, whose rows of samples are `width` long. Taps that an overlap lacks weigh nothing.
+std::vector<Run> RunsOf(const std::vector<Overlap>& overlaps, const float* weights, int first_x,
+                        int width) {
+  int taps = 1;
+  for (const Overlap& overlap : overlaps) taps = std::max(taps, overlap.num_samples);
   std::vector<Run> runs;
-  for (int i = 0; i < static_cast<int>(overlaps.size()); ++i) {
-    const Overlap& overlap = overlaps[Index(i)];
+  for (const Overlap& overlap : overlaps) {
     if (runs.empty() || runs.back().slot != overlap.slot ||
-        runs.back().place + runs.back().count != overlap.emitter) {
-      runs.push_back({overlap.slot, overlap.emitter, i, 0});
+        runs.back().place + runs.back().count() != overlap.emitter) {
+      runs.push_back({overlap.slot, overlap.emitter, taps, {}, {}});
     }
-    ++runs.back().count;
+    Run& run = runs.back();
+    const int first = overlap.first_sample - first_x;
+    run.firsts.push_back(std::min(first, width - taps));
+    run.weights.resize(run.weights.size() + Index(taps));
+    std::copy_n(weights + overlap.weights, overlap.num_samples,
+                run.weights.end() - taps + (first - run.firsts.back()));
   }
   return runs;
 }
 
-// The columns of a family at a node, and the rows of samples that were filtered to them.
-struct FamilyRows {
-  FamilyRows(const AxisOverlaps& x, int node_x, int most_rows)
-      : columns(x.nodes[Index(node_x)]),
-        weights(x.weights.data()),
-        runs(RunsOf(columns)),
-        filtered(most_rows, static_cast<int>(columns.size())) {}
-  const std::vector<Overlap>& columns;
-  const float* weights;
-  std::vector<Run> runs;
-  RowWindow filtered;
+// Of a slot's places, those that any of some nodes add to, and those between; where their lights
+// lie in a filtered row.
+struct Extent {
+  int first = std::numeric_limits<int>::max(), end = 0;
+  int at = 0;
+  int count() const { return std::max(end - first, 0); }
 };
 
-void AddRun(const Run& run, const Overlap& row, const float* row_weights, FamilyRows& family,
-            std::vector<const Light*>& taps, EmitterSums& sums) {
-  taps.clear();
-  for (int i = 0; i < row.num_samples; ++i) {
-    taps.push_back(family.filtered.Row(row.first_sample + i) + run.first);
-  }
-  Image<Light>& slot = sums.slots[Index(sums.slots_per_axis * row.slot + run.slot)];
-  AddRows(taps.data(), row_weights + row.weights, row.num_samples, run.count,
-          slot.row(row.emitter - sums.first_row) + run.place);
-}
-
 // A node's part in a band.
-class NodeInBand {
- public:
-  NodeInBand(const NodeSamples& node, const LayerWeights& weights, int layer,
-             const LayerOverlaps& overlaps, int most_rows)
-      : node_(node),
-        weights_(weights),
-        layer_(layer),
-        overlaps_(overlaps),
-        most_rows_(most_rows),
-        taken_(most_rows, node.samples.width),
-        families_(overlaps.x.size()) {}
+struct NodeInBand {
+  const NodeSamples& samples;
+  RowWindow taken;
+};
 
-  void Add(const Overlap& row, EmitterSums& sums) {
-    const AxisOverlaps& x = overlaps_.x[Index(row.family)];
-    if (x.nodes[Index(node_.node_x)].empty()) return;
-    std::unique_ptr<FamilyRows>& family = families_[Index(row.family)];
-    if (!family) family = std::make_unique<FamilyRows>(x, node_.node_x, most_rows_);
-    taken_.Fill(row.first_sample, row.num_samples, [&](int j, Light* out) {
-      TakeRow(node_.samples.row(j - node_.first_y), node_.samples.width, weights_, layer_, out);
+// A family's columns, all nodes' parts together, and the rows of samples that were filtered to
+// them.
+class FamilyRows {
+ public:
+  FamilyRows(const AxisOverlaps& x, std::span<const NodeInBand> nodes, int slots, int most_rows)
+      : extents_(Index(slots)) {
+    for (const NodeInBand& node : nodes) {
+      const std::vector<Overlap>& columns = x.nodes[Index(node.samples.node_x)];
+      runs_.push_back(
+          RunsOf(columns, x.weights.data(), node.samples.first_x, node.samples.samples.width));
+      for (const Run& run : runs_.back()) {
+        Extent& extent = extents_[Index(run.slot)];
+        extent.first = std::min(extent.first, run.place);
+        extent.end = std::max(extent.end, run.place + run.count());
+      }
+    }
+    for (Extent& extent : extents_) {
+      extent.at = width_;
+      width_ += extent.count();
+    }
+    filtered_ = std::make_unique<RowWindow>(most_rows, width_);
+  }
+
+  // Rows of samples that all nodes have taken.
+  void Filter(std::span<NodeInBand> nodes, const Overlap& rows) {
+    filtered_->Fill(rows.first_sample, rows.num_samples, [&](int j, Light* out) {
+      std::fill_n(out, width_, Light());
+      for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const Light* taken = nodes[n].taken.Row(j);
+        for (const Run& run : runs_[n]) {
+          const Extent& extent = extents_[Index(run.slot)];
+          AddFiltered(taken, run.firsts, run.weights.data(), run.taps,
+                      out + extent.at + (run.place - extent.first));
+        }
+      }
     });
-    family->filtered.Fill(row.first_sample, row.num_samples, [&](int j, Light* out) {
-      FilterRow(taken_.Row(j), node_.first_x, family->columns, family->weights, out);
-    });
-    for (const Run& run : family->runs) {
-      AddRun(run, row, overlaps_.y.weights.data(), *family, taps_, sums);
+  }
+
+  void AddTo(const Overlap& row, const float* row_weights, EmitterSums& sums) {
+    for (std::size_t slot = 0; slot < extents_.size(); ++slot) {
+      const Extent& extent = extents_[slot];
+      if (extent.count() == 0) continue;
+      taps_.clear();
+      for (int i = 0; i < row.num_samples; ++i) {
+        taps_.push_back(filtered_->Row(row.first_sample + i) + extent.at);
+      }
+      Image<Light>& to = sums.slots[Index(sums.slots_per_axis * row.slot) + slot];
+      AddRows(taps_.data(), row_weights + row.weights, row.num_samples, extent.count(),
+              to.row(row.emitter - sums.first_row) + extent.first);
     }
   }
 
  private:
-  const NodeSamples& node_;
-  const LayerWeights& weights_;
-  const int layer_;
-  const LayerOverlaps& overlaps_;
-  const int most_rows_;
-  RowWindow taken_;
-  std::vector<std::unique_ptr<FamilyRows>> families_;
+  std::vector<std::vector<Run>> runs_;  // by node
+  std::vector<Extent> extents_;         // by slot along x
+  int width_ = 0;
+  std::unique_ptr<RowWindow> filtered_;
   std::vector<const Light*> taps_;
 };
 
+// Light of all nodes is added up along rows before it goes down columns: sums of emitters, too many
+// for the cache, are then met once for each tap of a column and not for each node's.
 void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWeights& weights,
              LayerSums& layer) {
   int most_rows = 1;
   for (const Overlap* row : band.rows) most_rows = std::max(most_rows, row->num_samples);
   std::vector<NodeInBand> in_band;
   in_band.reserve(nodes.size());
+  const LayerOverlaps& overlaps = layer.overlaps;
   for (const NodeSamples& node : nodes) {
-    in_band.emplace_back(node, weights, band.layer, layer.overlaps, most_rows);
+    const auto takes = [&](const AxisOverlaps& x) { return !x.nodes[Index(node.node_x)].empty(); };
+    if (std::none_of(overlaps.x.begin(), overlaps.x.end(), takes)) continue;
+    in_band.push_back({node, RowWindow(most_rows, node.samples.width)});
   }
-  // An emitter gets what it gets of all nodes while it is in the cache.
+  std::vector<std::unique_ptr<FamilyRows>> families(overlaps.x.size());
   for (const Overlap* row : band.rows) {
-    for (NodeInBand& node : in_band) node.Add(*row, layer.sums);
+    for (auto& [node, taken] : in_band) {
+      taken.Fill(row->first_sample, row->num_samples, [&, &node = node](int j, Light* out) {
+        TakeRow(node.samples.row(j - node.first_y), node.samples.width, weights, band.layer, out);
+      });
+    }
+    std::unique_ptr<FamilyRows>& family = families[Index(row->family)];
+    if (!family) {
+      family = std::make_unique<FamilyRows>(overlaps.x[Index(row->family)], in_band,
+                                            layer.sums.slots_per_axis, most_rows);
+    }
+    family->Filter(in_band, *row);
+    family->AddTo(*row, overlaps.y.weights.data(), layer.sums);
   }
 }
 

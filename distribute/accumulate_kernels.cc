@@ -91,21 +91,35 @@ void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, i
 
 #endif  // HWY_SCALAR
 
-void FilterRow(const Light* row, int first_x, const std::vector<Overlap>& overlaps,
-               const float* weights, Light* out) {
+// kTaps 0: as many as `taps` says.
+template <int kTaps>
+void AddFilteredBy(const Light* row, std::span<const int> firsts, const float* weights, int taps,
+                   Light* sums) {
   const LightTag d;
-  for (const Overlap& overlap : overlaps) {
-    const float* sample = &row[overlap.first_sample - first_x].r;
-    const float* weight = weights + overlap.weights;
+  const int count = kTaps > 0 ? kTaps : taps;
+  for (const int first : firsts) {
+    const float* sample = &row[first].r;
     for (std::size_t c = 0; c < 4; c += kStep) {
-      auto sum = hn::Mul(hn::Set(d, weight[0]), hn::Load(d, sample + c));
-      for (int i = 1; i < overlap.num_samples; ++i) {
-        sum = hn::Add(sum, hn::Mul(hn::Set(d, weight[i]), hn::Load(d, sample + 4 * i + c)));
+      auto sum = hn::Load(d, &sums->r + c);
+      for (int t = 0; t < count; ++t) {
+        sum = hn::Add(sum, hn::Mul(hn::Set(d, weights[t]), hn::Load(d, sample + 4 * t + c)));
       }
-      hn::Store(sum, d, &out->r + c);
+      hn::Store(sum, d, &sums->r + c);
     }
-    ++out;
+    weights += count;
+    ++sums;
   }
+}
+
+void AddFiltered(const Light* row, std::span<const int> firsts, const float* weights, int taps,
+                 Light* sums) {
+  const auto add = taps == 1   ? AddFilteredBy<1>
+                   : taps == 2 ? AddFilteredBy<2>
+                   : taps == 3 ? AddFilteredBy<3>
+                   : taps == 4 ? AddFilteredBy<4>
+                   : taps == 5 ? AddFilteredBy<5>
+                               : AddFilteredBy<0>;
+  add(row, firsts, weights, taps, sums);
 }
 
 // Of the floats [first, end), as many at a time as `d` has lanes.
@@ -138,7 +152,7 @@ HWY_AFTER_NAMESPACE();
 namespace lamella {
 
 HWY_EXPORT(TakeRow);
-HWY_EXPORT(FilterRow);
+HWY_EXPORT(AddFiltered);
 HWY_EXPORT(AddRows);
 
 void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
@@ -146,9 +160,9 @@ void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, i
   HWY_DYNAMIC_DISPATCH(TakeRow)(samples, count, weights, layer, out);
 }
 
-void FilterRow(const Light* row, int first_x, const std::vector<Overlap>& overlaps,
-               const float* weights, Light* out) {
-  HWY_DYNAMIC_DISPATCH(FilterRow)(row, first_x, overlaps, weights, out);
+void AddFiltered(const Light* row, std::span<const int> firsts, const float* weights, int taps,
+                 Light* sums) {
+  HWY_DYNAMIC_DISPATCH(AddFiltered)(row, firsts, weights, taps, sums);
 }
 
 void AddRows(const Light* const* rows, const float* weights, int taps, int count, Light* sums) {

@@ -2,7 +2,7 @@
 // of the machine at hand. Sums have the same order, so the same bits, on every one.
 #pragma once
 
-#include <vector>
+#include <span>
 
 #include "distribute/accumulate.h"
 
@@ -12,9 +12,9 @@ namespace lamella {
 void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
              Light* out);
 
-// out[i] = overlap i's sum of weighted samples of a row whose first sample has the index first_x.
-void FilterRow(const Light* row, int first_x, const std::vector<Overlap>& overlaps,
-               const float* weights, Light* out);
+// sums[i] += the sum over the taps t of weights[taps i + t] row[firsts[i] + t].
+void AddFiltered(const Light* row, std::span<const int> firsts, const float* weights, int taps,
+                 Light* sums);
 
 // sums[x] += the sum over the taps t of weights[t] rows[t][x], 0 <= x < count.
 void AddRows(const Light* const* rows, const float* weights, int taps, int count, Light* sums);

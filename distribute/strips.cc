@@ -107,10 +107,12 @@ double BytesOfOwnBeams(const Display& display, const NodeLattice& nodes, int row
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
                      bool own_beams, int rows) {
   const int width = Widest(nodes.samples_x), whole_height = Widest(nodes.samples_y);
-  int elements = 0, columns = 0;
+  int elements = 0, columns = 0, columns_of_slots = 0;
   for (const Layer& layer : display.layers) {
     elements = std::max(elements, DirectionsPerAxis(layer));
     columns = std::max(columns, EmitterColumns(display, layer));
+    columns_of_slots =
+        std::max(columns_of_slots, SlotsPerAxis(layer) * EmitterColumns(display, layer));
   }
   const double per_row = display.emitter_pitch_mm() / nodes.sample_y.size_mm;
   const bool blurs = !nodes.planes_mm.empty();
@@ -123,11 +125,12 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
   const int height =
       std::min(static_cast<int>(std::ceil(per_row * rows)) + reach, std::max(whole_height, 1));
   const double samples = static_cast<double>(width) * height * sizeof(RaySample);
-  // A thread filters the rows of samples of one beam, and gives away a block of emitters in two
-  // forms.
+  // A thread takes the rows of samples of one beam from each node and filters them to columns, for
+  // which it keeps weights; it gives away a block of emitters in two forms.
   const double filtered = blurs ? whole_height : std::ceil(beam);
-  const double of_thread = kNodesAtATime * 2.0 * filtered * width * sizeof(Light) +
-                           2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
+  const double of_thread =
+      (kNodesAtATime * filtered * width + (filtered + 2) * columns_of_slots) * sizeof(Light) +
+      2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
   const double beams =
       own_beams ? BytesOfOwnBeams(display, nodes, rows) : BytesOfBeams(display, nodes, rows);
   // The blur holds apart what is unknown, and a node's samples of a plane.
