@@ -126,6 +126,7 @@ class Measuring {
     MeasureEvenness();
     MeasureColors();
     for (const LayerLight& layer : light_.layers) MeasureCrosstalk(layer);
+    WarnOfLenses();
   }
 
  private:
@@ -341,8 +342,8 @@ class Measuring {
     const double thrown = of.gap_mm / of.index / standing_->ToCamera(layer, 0, middle).z();
     setup.opening_px *= 1 + thrown;
     setup.pupil_px = options_.pupil_mm * thrown / of.emitter.pitch_mm;
-    return setup;
     setup.pupil_sd_px = setup.pupil_px * std::hypot(options_.pupil_sd, standing_->distance_sd);
+    return setup;
   }
 
   void MeasureCrosstalk(const LayerLight& layer) {
@@ -362,9 +363,9 @@ class Measuring {
     const CrosstalkFit fit = FitCrosstalk(layer.lines, setup, NameOf(emitter));
     of.emitter.photometry.crosstalk = fit.kernel;
     State(NameOf(emitter), "spread", "px", fit.spread_sd_px);
-    measured_.crosstalk.push_back({layer.layer, setup.pupil_px, fit.without_pupil, fit.with_pupil});
     State(NameOf(emitter), "own light", "", fit.own_sd);
     State(NameOf(emitter), "neighbour's light", "", fit.neighbour_sd);
+    measured_.crosstalk.push_back({layer.layer, setup.pupil_px, fit.without_pupil, fit.with_pupil});
     Tell(
         "{}: light spreads by {:.3f} px (sd {:.3f}); a neighbouring emitter gives {:.4f} (sd "
         "{:.4f}) of what an eye sees, {:.4f} with the camera's pupil of {:.2f} px (sd {:.2f})",
@@ -374,6 +375,18 @@ class Measuring {
       TellShares(layer.layer, "without the camera's pupil", fit.without_pupil);
     }
     TellShares(layer.layer, "with the camera's pupil", fit.with_pupil);
+  }
+
+  // Lines tell a spread where all openings of a patch meet the row at one place. Lenses are no
+  // whole number of emitters apart: those of a patch see all places, and all lines equally bright.
+  void WarnOfLenses() {
+    for (std::size_t i = 0; i < measured_.calibration.layers.size(); ++i) {
+      if (!measured_.calibration.layers[i].lattice) continue;
+      Warn(
+          "layer {}'s crosstalk is not measured, since its lenses show all places of the emitters "
+          "side by side: photograph one lit column without the lens sheet and give `crosstalk`",
+          i);
+    }
   }
 
   void TellShares(int layer, const char* how, const Eigen::MatrixXd& shares) {
