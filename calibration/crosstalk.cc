@@ -202,26 +202,91 @@ struct SpreadFit {
   double spread_px = 0, sd_px = 0, squares = 0;
 };
 
+// The squares that each series leaves at a spread.
+VectorXd SquaresAt(const std::vector<VectorXd>& series, const CrosstalkSetup& setup,
+                   SpreadKind kind, double spread_px) {
+  const Profile profile(setup, kind, spread_px);
+  VectorXd squares(static_cast<Index>(series.size()));
+  for (Index i = 0; i < squares.size(); ++i) {
+    squares(i) = FitSeries(series[static_cast<std::size_t>(i)], profile).squares;
+  }
+  return squares;
+}
+
+double FreedomOf(const std::vector<VectorXd>& series, const CrosstalkSetup& setup) {
+  return std::max(1.0, static_cast<double>(series.size()) * (setup.num_views - 3) - 1);
+}
+
+// Squares sum to C(spread, pupil), whose slope is 0 at the solution. Noise of the residuals' size s
+// moves that by a variance of 2 s^2/C''; slopes of the series that scatter by more, since bright
+// lights have more noise and parts of a panel their own faults, by the sum of their squares/C''^2;
+// the pupil moves it by -dC'/dpupil/C''.
+double SpreadSd(const std::vector<VectorXd>& series, const CrosstalkSetup& setup, SpreadKind kind,
+                const SpreadFit& fit) {
+  constexpr double kStepPx = 0.02;
+  const double middle = std::max(fit.spread_px, kStepPx);
+  const auto at = [&](double spread_px) { return SquaresAt(series, setup, kind, spread_px); };
+  const VectorXd low = at(middle - kStepPx), high = at(middle + kStepPx);
+  const double curvature =
+      std::max((high.sum() + low.sum() - 2 * at(middle).sum()) / (kStepPx * kStepPx), 1e-12);
+  double variance = 2 * fit.squares / FreedomOf(series, setup) / curvature;
+  if (series.size() > 1) {
+    const VectorXd slopes = (high - low) / (2 * kStepPx);
+    const double num = static_cast<double>(series.size());
+    const double scatter = num / (num - 1) * (slopes.array() - slopes.mean()).square().sum();
+    variance = std::max(variance, scatter / (curvature * curvature));
+  }
+  if (setup.pupil_sd_px > 0) {
+    const auto slope = [&](double pupil_px) {
+      CrosstalkSetup other = setup;
+      other.pupil_px = pupil_px;
+      return (SquaresAt(series, other, kind, middle + kStepPx).sum() -
+              SquaresAt(series, other, kind, middle - kStepPx).sum()) /
+             (2 * kStepPx);
+    };
+    const double narrow = std::max(0.0, setup.pupil_px - setup.pupil_sd_px);
+    const double change = slope(narrow + 2 * setup.pupil_sd_px) - slope(narrow);
+    variance += std::pow(change / 2 / curvature, 2);
+  }
+  return std::sqrt(variance);
+}
+
 SpreadFit FitSpread(const std::vector<VectorXd>& series, const CrosstalkSetup& setup,
                     SpreadKind kind) {
   const auto cost = [&](double spread_px) {
-    const Profile profile(setup, kind, spread_px);
-    double sum = 0;
-    for (const VectorXd& lights : series) sum += FitSeries(lights, profile).squares;
-    return sum;
+    return SquaresAt(series, setup, kind, spread_px).sum();
   };
   SpreadFit fit;
   fit.spread_px = GoldenSection(cost, 0, setup.num_views / 3.0);
   fit.squares = cost(fit.spread_px);
-  const double freedom =
-      std::max(1.0, static_cast<double>(series.size()) * (setup.num_views - 3) - 1);
-  // From the curvature of the cost: variance = 2 s^2 / cost''.
-  constexpr double kStepPx = 0.02;
-  const double middle = std::max(fit.spread_px, kStepPx);
-  const double curvature =
-      (cost(middle + kStepPx) + cost(middle - kStepPx) - 2 * cost(middle)) / (kStepPx * kStepPx);
-  fit.sd_px = std::sqrt(2 * fit.squares / freedom / std::max(curvature, 1e-12));
+  fit.sd_px = SpreadSd(series, setup, kind, fit);
   return fit;
+}
+
+SpreadKernel KernelOf(SpreadKind kind, double spread_px) {
+  if (kind == SpreadKind::kWholePixels) return GaussianSpread(spread_px);
+  // A Gaussian integrated over pixels spreads by a pixel's own width more.
+  return GaussianSpread(std::sqrt(std::max(0.0, spread_px * spread_px - 1.0 / 12)));
+}
+
+double MiddleOf(const SpreadKernel& kernel) { return kernel.weights[kernel.weights.size() / 2]; }
+
+// Of a share of light that follows from a spread. The kinds' likelihoods are those of Gaussian
+// residuals of the better fit's size.
+double ShareSd(const std::function<double(SpreadKind, double)>& share, const SpreadFit& better,
+               const SpreadFit& other, SpreadKind kind, double freedom) {
+  const SpreadKind other_kind =
+      kind == SpreadKind::kDiffuse ? SpreadKind::kWholePixels : SpreadKind::kDiffuse;
+  const auto sd = [&](SpreadKind of, const SpreadFit& fit) {
+    return (share(of, fit.spread_px + fit.sd_px) -
+            share(of, std::max(0.0, fit.spread_px - fit.sd_px))) /
+           2;
+  };
+  const double worse = (other.squares - better.squares) / std::max(better.squares, 1e-300);
+  const double likely = 1 / (1 + std::exp(std::min(worse * freedom / 2, 700.0)));
+  const double apart = share(other_kind, other.spread_px) - share(kind, better.spread_px);
+  return std::sqrt((1 - likely) * std::pow(sd(kind, better), 2) +
+                   likely * (std::pow(sd(other_kind, other), 2) + apart * apart));
 }
 
 }  // namespace
@@ -239,15 +304,24 @@ CrosstalkFit FitCrosstalk(const std::vector<VectorXd>& series, const CrosstalkSe
   const SpreadFit whole = FitSpread(shares, setup, SpreadKind::kWholePixels);
   CrosstalkFit fit;
   fit.kind = diffuse.squares <= whole.squares ? SpreadKind::kDiffuse : SpreadKind::kWholePixels;
-  const SpreadFit& better = fit.kind == SpreadKind::kDiffuse ? diffuse : whole;
+  const bool is_diffuse = fit.kind == SpreadKind::kDiffuse;
+  const SpreadFit &better = is_diffuse ? diffuse : whole, &other = is_diffuse ? whole : diffuse;
   fit.spread_px = better.spread_px;
   fit.spread_sd_px = better.sd_px;
+  fit.kernel = KernelOf(fit.kind, fit.spread_px);
   fit.rms = std::sqrt(better.squares / static_cast<double>(series.size()) / setup.num_views);
   CrosstalkSetup eye = setup;
   eye.drift_px = 0;
   fit.with_pupil = MatrixOf(eye, fit.kind, fit.spread_px);
   eye.pupil_px = 0;
   fit.without_pupil = MatrixOf(eye, fit.kind, fit.spread_px);
+  const double freedom = FreedomOf(shares, setup);
+  fit.own_sd =
+      ShareSd([](SpreadKind kind, double spread_px) { return MiddleOf(KernelOf(kind, spread_px)); },
+              better, other, fit.kind, freedom);
+  fit.neighbour_sd = ShareSd(
+      [&](SpreadKind kind, double spread_px) { return ViewsSeen(eye, kind, spread_px, 0)(1); },
+      better, other, fit.kind, freedom);
   return fit;
 }
 

@@ -11,6 +11,8 @@
 
 #include <Eigen/Core>
 
+#include "lightfield/calibration.h"
+
 namespace lamella {
 
 // How an emitter's light reaches its neighbours' places: as by a diffuser, a Gaussian; or in whole
@@ -18,10 +20,11 @@ namespace lamella {
 enum class SpreadKind { kDiffuse, kWholePixels };
 
 struct CrosstalkSetup {
-  int num_views = 8;      // K
-  double opening_px = 1;  // the opening's width as it is thrown on the row from where one looks
-  double pupil_px = 0;    // the camera's pupil as the opening throws it on the row: its diameter
-  double drift_px = 0;    // by which places within a series' part of the panel differ, evenly
+  int num_views = 8;       // K
+  double opening_px = 1;   // the opening's width as it is thrown on the row from where one looks
+  double pupil_px = 0;     // the camera's pupil as the opening throws it on the row: its diameter
+  double drift_px = 0;     // by which places within a series' part of the panel differ, evenly
+  double pupil_sd_px = 0;  // how well the pupil is known: a standard deviation
 };
 
 // The light of photographs 0 .. K - 1 where lines of sight meet the row `place` emitters from the
@@ -30,9 +33,15 @@ struct CrosstalkSetup {
 Eigen::VectorXd ViewsSeen(const CrosstalkSetup& setup, SpreadKind kind, double spread_px,
                           double place);
 
+// Standard deviations are of the lights' noise, by the residuals or by how the series scatter,
+// whichever is more, and of the pupil's (a pupil taken too wide makes the spread too narrow). Those
+// of light's shares hold, too, what the other kind would say, by how likely the residuals make it.
 struct CrosstalkFit {
   SpreadKind kind = SpreadKind::kDiffuse;  // which fits better
   double spread_px = 0, spread_sd_px = 0;  // its sigma
+  SpreadKernel kernel;                     // the same in whole pixels, as calibrations have it
+  double own_sd = 0;                       // of the kernel's middle weight
+  double neighbour_sd = 0;                 // of the next views' shares in `without_pupil`
   // Share of view k in what an eye in the middle of view j sees: K x K, rows sum to 1. Of one with
   // the camera's pupil, which is an extra blur, and of one without any. A series' drift, which is
   // one more, is taken out of both.

@@ -12,6 +12,7 @@
 
 #include "calibration/homography.h"
 #include "calibration/lens_shares.h"
+#include "calibration/place_grid.h"
 #include "lightfield/median.h"
 #include "lightfield/panel_rays.h"
 #include "lightfield/parallel.h"
@@ -94,28 +95,30 @@ std::optional<Vector2d> RoughMiddle(const Patch& patch, double most_off_px) {
   return Vector2d(sum / num);
 }
 
-// The patches around one, across the corners of square lenses, too, that are seen by half at least.
-std::vector<std::size_t> NeighboursOf(const Patch& patch, const std::vector<Patch>& patches,
-                                      double pitch_px, double whole) {
-  std::vector<std::size_t> neighbours;
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    if (static_cast<double>(patches[i].x.size()) < 0.5 * whole) continue;
-    const double apart = (patches[i].lens_px - patch.lens_px).norm();
-    if (apart > 0.5 * pitch_px && apart < 1.6 * pitch_px) neighbours.push_back(i);
-  }
-  return neighbours;
-}
-
 // Of each patch its neighbours, if it is seen about as whole as most and has them on all sides:
 // what lies beside lenses that end at the dark is not told apart. Else none.
 std::vector<std::vector<std::size_t>> NeighboursOfWhole(const std::vector<Patch>& patches,
                                                         LensLattice::Type type, double pitch_px,
                                                         double whole) {
   const std::size_t all_around = type == LensLattice::Type::kHexagonal ? 6 : 8;
-  std::vector<std::vector<std::size_t>> neighbours(patches.size());
+  // Across the corners of square lenses, too, of those that are seen by half at least.
+  std::vector<std::size_t> numbers;
+  std::vector<Vector2d> places;
   for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (static_cast<double>(patches[i].x.size()) < 0.5 * whole) continue;
+    numbers.push_back(i);
+    places.push_back(patches[i].lens_px);
+  }
+  const PlaceGrid grid(places, 1.6 * pitch_px);
+  std::vector<std::vector<std::size_t>> neighbours(patches.size());
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    const std::size_t i = numbers[k];
     if (static_cast<double>(patches[i].x.size()) < 0.75 * whole) continue;
-    neighbours[i] = NeighboursOf(patches[i], patches, pitch_px, whole);
+    for (const std::size_t other : grid.Within(places[k])) {
+      if ((places[other] - places[k]).norm() > 0.5 * pitch_px) {
+        neighbours[i].push_back(numbers[other]);
+      }
+    }
     if (neighbours[i].size() < all_around) neighbours[i].clear();
   }
   return neighbours;
@@ -183,14 +186,13 @@ struct LocalFit {
   double freedom = 0;
 };
 
-LocalFit FitAround(std::size_t number, const std::vector<SeenLens>& lenses,
+LocalFit FitAround(std::size_t number, const std::vector<SeenLens>& lenses, const PlaceGrid& grid,
                    const std::vector<Vector2d>& off, double radius_px) {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
   std::vector<std::pair<Vector3d, Vector2d>> rows;
-  for (std::size_t j = 0; j < lenses.size(); ++j) {
+  for (const std::size_t j : grid.Within(lenses[number].lens_px)) {
     const Vector2d step = (lenses[j].lens_px - lenses[number].lens_px) / radius_px;
-    if (step.squaredNorm() > 1) continue;
     rows.emplace_back(step.homogeneous(), off[j]);
     information += rows.back().first * rows.back().first.transpose();
     right += rows.back().first * off[j].transpose();
@@ -231,10 +233,13 @@ std::vector<Observation> ObserveLenses(const ScreenMap& map, const PanelCalibrat
   if (!homography) return {};
   const std::vector<Vector2d> off = OffHomography(lenses, *homography);
   const double radius_px = kAround * pitch_px;
+  std::vector<Vector2d> places;
+  for (const SeenLens& lens : lenses) places.push_back(lens.lens_px);
+  const PlaceGrid grid(places, radius_px);
   std::vector<LocalFit> fits;
   std::vector<double> variances;  // of one lens, by each fit
   for (std::size_t i = 0; i < lenses.size(); ++i) {
-    fits.push_back(FitAround(i, lenses, off, radius_px));
+    fits.push_back(FitAround(i, lenses, grid, off, radius_px));
     double sum = 0;
     for (const double square : fits.back().squares) sum += square;
     if (fits.back().freedom > 0) variances.push_back(sum / fits.back().freedom);

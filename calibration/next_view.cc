@@ -2,22 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
-#include "calibration/covariance.h"
+#include "calibration/imagined_view.h"
 
 namespace lamella {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr int kPanelColumns = 9, kPanelRows = 6;  // points of a panel
 
@@ -48,15 +42,6 @@ Typical TypicalPhoto(const Fit& fit, const Observations& observations) {
   }
   return {std::max(1.0, fit.variance) * MedianOf(std::move(variances)),
           MedianOf(std::move(counts))};
-}
-
-// Upright, looking at the middle of the reference stack (the world's origin).
-Rigid LookingFrom(const Vector3d& centre) {
-  const Vector3d forward = -centre.normalized();
-  const Vector3d right = forward.cross(Vector3d::UnitY()).normalized();
-  Eigen::Matrix3d rotation;
-  rotation << right.transpose(), forward.cross(right).transpose(), forward.transpose();
-  return {Eigen::Quaterniond(rotation), -(rotation * centre)};
 }
 
 // A view of all panels that was not taken: its photographs, and the numbers around them.
@@ -103,38 +88,12 @@ std::optional<ImaginedView> Imagine(const Fit& fit, const Structure& structure,
   return view;
 }
 
-// What it would say of cameras and display, its own pose and slips eliminated.
 MatrixXd InformationOf(const ImaginedView& view, const Fit& fit) {
   const Columns columns = ColumnsOf(view.structure, fit.free, view.observations);
   Weighting weighting;
   weighting.slip_sd_px = fit.weighting.slip_sd_px;
-  const MatrixXd joint = WithoutSlips(
+  return InformationOfView(
       Linearise(view.state, view.structure, columns, view.observations, weighting), columns);
-  const int num = columns.num_display;
-  const MatrixXd cross = joint.topRightCorner(num, 6);
-  return joint.topLeftCorner(num, num) -
-         cross * joint.bottomRightCorner(6, 6).inverse() * cross.transpose();
-}
-
-// What the photographs so far say of the same, with what a builder would assume.
-MatrixXd InformationSoFar(const Fit& fit) {
-  MatrixXd joint = WithoutSlips(fit.equations, fit.columns) / std::max(1.0, fit.variance);
-  for (Eigen::Index i = 0; i < joint.rows(); ++i) {
-    const double sd = fit.columns.prior_sd[static_cast<std::size_t>(i)];
-    joint(i, i) += 1 / (sd * sd);
-  }
-  const int num = fit.columns.num_display;
-  const auto views = joint.rows() - num;
-  const MatrixXd cross = joint.topRightCorner(num, views);
-  const MatrixXd own = joint.bottomRightCorner(views, views);
-  return joint.topLeftCorner(num, num) - cross * own.ldlt().solve(cross.transpose());
-}
-
-MatrixXd Inverse(const MatrixXd& information) {
-  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
-  const MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  return scale.asDiagonal() *
-         scaled.ldlt().solve(MatrixXd::Identity(scaled.rows(), scaled.cols())) * scale.asDiagonal();
 }
 
 }  // namespace
@@ -143,8 +102,8 @@ std::optional<NextView> BestNextView(const Fit& fit, const Structure& structure,
                                      const Observations& observations, const EyeBox& box) {
   const std::vector<ProbedRay> rays = RaysToProbe(structure, box);
   if (rays.empty()) return {};
-  const MatrixXd so_far = InformationSoFar(fit);
-  const MatrixXd covariance = Inverse(so_far);
+  const MatrixXd so_far = InformationSoFar(fit.equations, fit.columns, fit.variance);
+  const MatrixXd covariance = CovarianceOfInformation(so_far);
   // Small against what is assumed where nothing is known.
   const Eigen::VectorXd steps = 0.01 * covariance.diagonal().cwiseSqrt();
   const MatrixXd slopes = SlopesOfRays(fit, structure, rays, steps);
@@ -155,13 +114,11 @@ std::optional<NextView> BestNextView(const Fit& fit, const Structure& structure,
   std::optional<NextView> best;
   for (const double up_deg : {0, 10, -10, 20, -20}) {
     for (const double right_deg : {0, 10, -10, 20, -20, 30, -30}) {
-      const double yaw = right_deg * std::numbers::pi / 180;
-      const double pitch = up_deg * std::numbers::pi / 180;
-      const Vector3d centre = distance * Vector3d(std::tan(yaw), std::tan(pitch), 1).normalized();
-      const auto view = Imagine(fit, structure, observations, LookingFrom(centre), variance);
+      const auto view = Imagine(fit, structure, observations,
+                                LookingFrom(PlaceAt(right_deg, up_deg, distance)), variance);
       if (!view) continue;
-      const double next =
-          UncertaintyOfRays(rays, slopes, Inverse(so_far + InformationOf(*view, fit))).rms_sd_px;
+      const MatrixXd then = CovarianceOfInformation(so_far + InformationOf(*view, fit));
+      const double next = UncertaintyOfRays(rays, slopes, then).rms_sd_px;
       if (best && !(next < best->next_rms_sd_px)) continue;
       best = NextView{right_deg, up_deg, distance, now, next};
     }

@@ -94,7 +94,9 @@ std::vector<PatternShot> PhotometricShots(const Calibration& calibration) {
   if (shots.size() == 1) {
     throw UsageError(calibration.display,
                      "has no layer with a modulator, before which alone levels are one panel's",
-                     "give its response by hand: `response` and `black` of calibration.json");
+                     "give its response by hand: `response` and `black` of calibration.json; to "
+                     "know the crosstalk, photograph one lit column without the lens sheet and "
+                     "give `crosstalk`");
   }
   shots.insert(shots.end(), once.begin(), once.end());
   return shots;

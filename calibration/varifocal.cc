@@ -375,6 +375,9 @@ VarifocalReport CalibrateVarifocal(const VarifocalObservations& given, const Dis
   CopyResult(fit, task, options, display, report);
   Summarise(fit, task, report);
   report.groups = std::move(selection.verdicts);
+  report.next_view =
+      BestNextPlaneView(fit, task, report.display_from_frame,
+                        {options.largest_depth_sd_mm, options.largest_magnification_sd});
   CheckKnown(fit, report);
   CheckSeenTwice(fit, task, report);
   CheckCertainty(options, report);

@@ -7,6 +7,7 @@
 //   varifocal_start.h         starting values
 //   varifocal_solve.h         the joint robust solution; which bends the photographs ask for
 //   varifocal_rays.h          how well pixels on lines of sight are known
+//   next_plane_view.h         from where to photograph next
 //   mirror_model.h            the smooth model in the mirror's phase
 //
 // calibration.md has the measurements behind each choice.
@@ -20,6 +21,7 @@
 
 #include "calibration/calibrate.h"
 #include "calibration/mirror_model.h"
+#include "calibration/next_plane_view.h"
 #include "calibration/varifocal_observations.h"
 #include "calibration/varifocal_solve.h"
 #include "lightfield/calibration.h"
@@ -66,7 +68,8 @@ struct VarifocalReport {
   CalibrateVarifocalOptions limits;    // what was asked for
   Degeneracy degeneracy;
   std::vector<GroupVerdict> groups;
-  std::vector<std::string> rejected;  // photographs and views left out, and why
+  std::optional<NextPlaneView> next_view;  // which photographs would help most
+  std::vector<std::string> rejected;       // photographs and views left out, and why
   // Where `failures` is not empty the calibration is not to be used (exit code 4).
   std::vector<Weakness> failures, warnings;
   bool accepted() const { return failures.empty(); }

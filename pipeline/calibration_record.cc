@@ -67,7 +67,7 @@ const char* NameOf(LensLattice::Type type) {
 Json ToJson(const LayerCalibration& layer) {
   const Rigid& pose = layer.display_from_stack;
   const auto vector = [](const auto& v) { return std::vector<double>(v.begin(), v.end()); };
-  Json json = {{"display_from_stack",
+  Json json = {{"display_from_reference",
                 {{"rotation_wxyz",
                   {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z()}},
                  {"translation_mm", vector(pose.translation)}}},
@@ -193,10 +193,14 @@ Rigid ReadPose(const JsonObject& json) {
 }
 
 LayerCalibration ReadLayerCalibration(const JsonObject& json) {
-  json.CheckKeys({"display_from_stack", "emitter_offset_mm", "gap_mm", "emitter_rotation_rad",
+  if (json.Has("display_from_stack")) {
+    throw InputError(json.where(), "has display_from_stack, which is display_from_reference now",
+                     "rename it; its numbers stay");
+  }
+  json.CheckKeys({"display_from_reference", "emitter_offset_mm", "gap_mm", "emitter_rotation_rad",
                   "index", "gain", "emitter", "modulator", "lattice", "plate"});
   LayerCalibration layer;
-  layer.display_from_stack = ReadPose(json.Object("display_from_stack"));
+  layer.display_from_stack = ReadPose(json.Object("display_from_reference"));
   ReadVector(json, "emitter_offset_mm", layer.offset_mm);
   layer.gap_mm = json.NumberOr("gap_mm", 0);
   ReadVector(json, "emitter_rotation_rad", layer.rotation_rad);

@@ -72,21 +72,24 @@ std::string DescribeLines(const char* title, const std::vector<std::string>& lin
   return text;
 }
 
-std::string DescribeNextView(const CalibrationReport& report) {
-  if (!report.next_view) return "";
-  const NextView& next = *report.next_view;
+std::string DescribePlace(double right_deg, double up_deg, double distance_mm) {
   const auto side = [](double degrees, const char* positive, const char* negative) {
     return fmt::format("{:.0f} degrees {}", std::abs(degrees), degrees < 0 ? negative : positive);
   };
-  std::string from = "straight in front";
-  if (next.right_deg != 0) from = side(next.right_deg, "to the right", "to the left");
-  if (next.up_deg != 0) {
-    from = (next.right_deg != 0 ? from + " and " : std::string()) +
-           side(next.up_deg, "above", "below");
+  std::string place = "straight in front";
+  if (right_deg != 0) place = side(right_deg, "to the right", "to the left");
+  if (up_deg != 0) {
+    place = (right_deg != 0 ? place + " and " : std::string()) + side(up_deg, "above", "below");
   }
-  return fmt::format(
-      "all panels from {}, {:.0f} mm away, after which rays would be known to {:.4f} px RMS", from,
-      next.distance_mm, next.next_rms_sd_px);
+  return fmt::format("{}, {:.0f} mm away", place, distance_mm);
+}
+
+std::string DescribeNextView(const CalibrationReport& report) {
+  if (!report.next_view) return "";
+  const NextView& next = *report.next_view;
+  return fmt::format("all panels from {}, after which rays would be known to {:.4f} px RMS",
+                     DescribePlace(next.right_deg, next.up_deg, next.distance_mm),
+                     next.next_rms_sd_px);
 }
 
 std::string DescribeCalibration(const SolvedPhotos& solved) {

@@ -13,6 +13,8 @@ std::string DescribeCalibration(const SolvedPhotos& solved);
 // A heading and what follows it, as all reports have them; "" where there is nothing.
 std::string DescribeWeaknesses(const char* title, const std::vector<Weakness>& weaknesses);
 std::string DescribeLines(const char* title, const std::vector<std::string>& lines);
+// "20 degrees to the right and 10 degrees above, 1050 mm away".
+std::string DescribePlace(double right_deg, double up_deg, double distance_mm);
 // "from 20 degrees to the right and 10 up, 1.05 m away: ..."; empty where there is none.
 std::string DescribeNextView(const CalibrationReport& report);
 

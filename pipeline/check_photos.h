@@ -6,17 +6,9 @@
 #include <vector>
 
 #include "calibration/photo_check.h"
-#include "lightfield/image.h"
 #include "lightfield/progress.h"
 
 namespace lamella {
-
-// A photograph's luminance, linear in light: blur then leaves a marker's black border as wide as it
-// is, where in sRGB's numbers white grows into it.
-Image<float> ReadLuminance(const std::filesystem::path& file);
-// The mean of its three channels, linear in light: to it a lens that magnifies one sub-pixel is as
-// bright as its neighbour with another, where luminance would see the green ones only.
-Image<float> ReadMeanLight(const std::filesystem::path& file);
 
 struct CheckedPhotos {
   ShotList list;

@@ -12,6 +12,7 @@
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "pipeline/image_folder.h"
+#include "pipeline/photo_numbers.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -45,22 +46,9 @@ void CheckGrayCodeFiles(const std::vector<NamedFile>& files, const fs::path& fol
   const ImageInfo first = ReadImageInfo(files.front().path);
   for (const NamedFile& file : files) {
     const ImageInfo info = ReadImageInfo(file.path);
-    if (info.width == first.width && info.height == first.height) continue;
-    throw InputError(file.path.string(),
-                     fmt::format("has {} x {} px, and {} has {} x {}", info.width, info.height,
-                                 files.front().path.filename().string(), first.width, first.height),
-                     "take all with one camera, unturned and uncropped");
+    CheckSameSize({file.path.string(), info.width, info.height},
+                  {files.front().path.filename().string(), first.width, first.height});
   }
-}
-
-Image<float> MeanNumbers(const fs::path& file) {
-  const Image<Rgb> numbers = ReadNumbers(file);
-  Image<float> mean(numbers.width(), numbers.height());
-  for (std::size_t i = 0; i < mean.size(); ++i) {
-    const Rgb& pixel = numbers.data()[i];
-    mean.data()[i] = (pixel.r + pixel.g + pixel.b) / 3;
-  }
-  return mean;
 }
 
 Image<float> WhereValid(const Image<float>& values, const Image<std::uint8_t>& valid) {
@@ -90,7 +78,7 @@ ScreenMap ReadGrayCode(const fs::path& photos, const GrayCodePatterns& patterns,
   ScreenMap map = DecodeGrayCode(
       patterns,
       [&](std::size_t i) {
-        Image<float> numbers = MeanNumbers(files[i].path);
+        Image<float> numbers = ReadMeanNumbers(files[i].path);
         progress.Advance();
         return numbers;
       },

@@ -10,6 +10,7 @@
 
 #include "calibration/color_difference.h"
 #include "calibration/color_match.h"
+#include "calibration/covariance.h"
 #include "calibration/crosstalk.h"
 #include "calibration/initialise.h"
 #include "calibration/response_fit.h"
@@ -33,7 +34,8 @@ using Eigen::Vector3d;
 constexpr int kLeastViews = 3;
 constexpr double kMostMixing = 0.01;  // between two panels of a layer
 constexpr double kMostExposureError =
-    0.25;  // of a shutter's times; tone curves make 1 : 8 a 1 : 2.6
+    0.25;                               // of a shutter's times; tone curves make 1 : 8 a 1 : 2.6
+constexpr double kGivenFocalSd = 0.03;  // of a focal length as lenses are engraved: a share of it
 
 Calibration GivenCalibration(const MeasurePhotometryOptions& options) {
   if (options.calibration.empty()) return LoadCalibrationSetUp(options.patterns, "").design;
@@ -46,6 +48,7 @@ Calibration GivenCalibration(const MeasurePhotometryOptions& options) {
 struct Standing {
   Structure structure;
   CalibrationState state;
+  double distance_sd = 0;  // of the camera's distances: a share of them, as of its focal length
 
   const LayerState& Layer(int layer) const { return state.layers[static_cast<std::size_t>(layer)]; }
   Vector3d Camera(int view) const {
@@ -62,12 +65,20 @@ struct Standing {
 // In least squares: homographies of boards in small photographs tell it to a tenth only, and with
 // it the distance by which a pupil is thrown. Poses are not taken from there: the distortion that
 // is fitted along would turn them.
-double SolvedFocalPx(const CalibrationState& start, const Structure& structure,
-                     const Observations& boards) {
+struct SolvedFocal {
+  double px = 0, sd = 0;  // sd: a share of it
+};
+SolvedFocal SolveFocal(const CalibrationState& start, const Structure& structure,
+                       const Observations& boards) {
   FreeGroups free;
   free.slip = false;
-  const LensParameters lens = Solve(start, structure, boards, free).state.cameras.front();
-  return (lens(0) + lens(1)) / 2;
+  const Fit fit = Solve(start, structure, boards, free);
+  const LensParameters& lens = fit.state.cameras.front();
+  const double focal_px = (lens(0) + lens(1)) / 2;
+  const Eigen::MatrixXd covariance = CovarianceOf(fit);
+  if (covariance.size() == 0) return {focal_px, 1};
+  const Eigen::Index first = fit.columns.camera.front();
+  return {focal_px, std::sqrt(covariance.block<2, 2>(first, first).sum()) / 2 / focal_px};
 }
 
 std::optional<Standing> FindStanding(const PhotometricLight& light, const Calibration& calibration,
@@ -77,23 +88,19 @@ std::optional<Standing> FindStanding(const PhotometricLight& light, const Calibr
   boards.cameras[0].focal_px = focal_px;
   Structure structure = StructureOf(boards, calibration);
   CalibrationState state = Initialise(boards, structure);
+  double distance_sd = kGivenFocalSd;
   if (focal_px == 0) {
-    boards.cameras[0].focal_px = SolvedFocalPx(state, structure, boards);
+    const SolvedFocal focal = SolveFocal(state, structure, boards);
+    boards.cameras[0].focal_px = focal.px;
+    distance_sd = focal.sd;
     state = Initialise(boards, structure);
   }
-  return Standing{std::move(structure), std::move(state)};
+  return Standing{std::move(structure), std::move(state), distance_sd};
 }
 
 double RadiusOf(const WhiteCell& cell, const PhotometricLight& light) {
   const Eigen::Vector2d half(light.width / 2.0, light.height / 2.0);
   return (cell.image_px - half).squaredNorm() / half.squaredNorm();
-}
-
-// In whole pixels, as calibrations have it.
-SpreadKernel KernelOf(const CrosstalkFit& fit) {
-  if (fit.kind == SpreadKind::kWholePixels) return GaussianSpread(fit.spread_px);
-  // A Gaussian integrated over pixels spreads by a pixel's own width more.
-  return GaussianSpread(std::sqrt(std::max(0.0, fit.spread_px * fit.spread_px - 1.0 / 12)));
 }
 
 // Measures layer by layer into a calibration and tells of it.
@@ -119,6 +126,7 @@ class Measuring {
     MeasureEvenness();
     MeasureColors();
     for (const LayerLight& layer : light_.layers) MeasureCrosstalk(layer);
+    WarnOfLenses();
   }
 
  private:
@@ -334,6 +342,7 @@ class Measuring {
     const double thrown = of.gap_mm / of.index / standing_->ToCamera(layer, 0, middle).z();
     setup.opening_px *= 1 + thrown;
     setup.pupil_px = options_.pupil_mm * thrown / of.emitter.pitch_mm;
+    setup.pupil_sd_px = setup.pupil_px * std::hypot(options_.pupil_sd, standing_->distance_sd);
     return setup;
   }
 
@@ -352,18 +361,32 @@ class Measuring {
     }
     const PanelId emitter{layer.layer, PanelId::kEmitter};
     const CrosstalkFit fit = FitCrosstalk(layer.lines, setup, NameOf(emitter));
-    of.emitter.photometry.crosstalk = KernelOf(fit);
+    of.emitter.photometry.crosstalk = fit.kernel;
     State(NameOf(emitter), "spread", "px", fit.spread_sd_px);
+    State(NameOf(emitter), "own light", "", fit.own_sd);
+    State(NameOf(emitter), "neighbour's light", "", fit.neighbour_sd);
     measured_.crosstalk.push_back({layer.layer, setup.pupil_px, fit.without_pupil, fit.with_pupil});
     Tell(
-        "{}: light spreads by {:.3f} px (sd {:.3f}); a neighbouring emitter gives {:.4f} of what "
-        "an eye sees, {:.4f} with the camera's pupil of {:.2f} px",
-        NameOf(emitter), fit.spread_px, fit.spread_sd_px, fit.without_pupil(0, 1),
-        fit.with_pupil(0, 1), setup.pupil_px);
+        "{}: light spreads by {:.3f} px (sd {:.3f}); a neighbouring emitter gives {:.4f} (sd "
+        "{:.4f}) of what an eye sees, {:.4f} with the camera's pupil of {:.2f} px (sd {:.2f})",
+        NameOf(emitter), fit.spread_px, fit.spread_sd_px, fit.without_pupil(0, 1), fit.neighbour_sd,
+        fit.with_pupil(0, 1), setup.pupil_px, setup.pupil_sd_px);
     if (setup.pupil_px > 0) {
       TellShares(layer.layer, "without the camera's pupil", fit.without_pupil);
     }
     TellShares(layer.layer, "with the camera's pupil", fit.with_pupil);
+  }
+
+  // Lines tell a spread where all openings of a patch meet the row at one place. Lenses are no
+  // whole number of emitters apart: those of a patch see all places, and all lines equally bright.
+  void WarnOfLenses() {
+    for (std::size_t i = 0; i < measured_.calibration.layers.size(); ++i) {
+      if (!measured_.calibration.layers[i].lattice) continue;
+      Warn(
+          "layer {}'s crosstalk is not measured, since its lenses show all places of the emitters "
+          "side by side: photograph one lit column without the lens sheet and give `crosstalk`",
+          i);
+    }
   }
 
   void TellShares(int layer, const char* how, const Eigen::MatrixXd& shares) {

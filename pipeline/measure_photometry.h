@@ -20,7 +20,8 @@ struct MeasurePhotometryOptions {
   std::filesystem::path calibration;  // what is known of the display's geometry; empty: as designed
   PhotoCurve curve = PhotoCurve::kLinear;  // of integer files
   double focal_px = 0;                     // of the camera, roughly; 0: found
-  double pupil_mm = 0;  // diameter of its entrance pupil: focal length by f-number
+  double pupil_mm = 0;     // diameter of its entrance pupil: focal length by f-number
+  double pupil_sd = 0.02;  // how well that is known, a share of it: f-numbers are rounded
 };
 
 struct MeasuredPhotometry {

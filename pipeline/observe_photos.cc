@@ -11,6 +11,7 @@
 #include "calibration/phase.h"
 #include "lightfield/error.h"
 #include "pipeline/phase_photos.h"
+#include "pipeline/photo_numbers.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -45,14 +46,8 @@ void CheckOneSize(const CheckedPhotos& checked) {
   for (const CheckedPhoto& photo : checked.photos) {
     if (!photo.good) continue;
     if (first == nullptr) first = &photo;
-    if (photo.facts.width == first->facts.width && photo.facts.height == first->facts.height) {
-      continue;
-    }
-    throw InputError(
-        photo.photo,
-        fmt::format("is {} x {} px, {} is {} x {}", photo.facts.width, photo.facts.height,
-                    first->photo, first->facts.width, first->facts.height),
-        "take all with one camera, unturned and uncropped");
+    CheckSameSize({photo.photo, photo.facts.width, photo.facts.height},
+                  {first->photo, first->facts.width, first->facts.height});
   }
 }
 

@@ -1,12 +1,9 @@
 #include "pipeline/phase_photos.h"
 
 #include <algorithm>
-#include <cstdint>
-#include <exception>
-#include <iterator>
 #include <utility>
 
-#include "lightfield/parallel.h"
+#include "pipeline/errors_of_each.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -58,18 +55,8 @@ std::optional<PhasePhotoSet> ReadPhasePhotos(
   PhasePhotoSet set;
   for (const CheckedPhoto* photo : *photos) set.names.push_back(photo->photo);
   set.images.resize(set.names.size());
-  std::vector<std::exception_ptr> unreadable(set.names.size());
-  ParallelForEach(0, std::ssize(set.names), [&](std::int64_t i) {
-    const auto index = static_cast<std::size_t>(i);
-    try {
-      set.images[index] = read(folder / set.names[index]);
-    } catch (...) {
-      unreadable[index] = std::current_exception();
-    }
-  });
-  for (const std::exception_ptr& first : unreadable) {
-    if (first) std::rethrow_exception(first);
-  }
+  ThrowFirst(ErrorsOfEach(set.names.size(),
+                          [&](std::size_t i) { set.images[i] = read(folder / set.names[i]); }));
   auto image = set.images.begin();
   for (const PhaseSeries& series : all) {
     PhasePhotos group{series, {}};

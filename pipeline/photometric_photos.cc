@@ -18,6 +18,7 @@
 #include "pipeline/calibration_patterns.h"
 #include "pipeline/image_folder.h"
 #include "pipeline/panel_region.h"
+#include "pipeline/photo_numbers.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
@@ -142,16 +143,14 @@ class Reader {
 
   void CheckSize(const Image<Rgb>& photo) {
     if (light_.width == 0) {
+      first_ = file_.filename().string();
       light_.width = photo.width();
       light_.height = photo.height();
       light_.boards.cameras[0].width = photo.width();
       light_.boards.cameras[0].height = photo.height();
     }
-    if (photo.width() == light_.width && photo.height() == light_.height) return;
-    throw InputError(file_.string(),
-                     fmt::format("is {} x {} px, photographs before it {} x {}", photo.width(),
-                                 photo.height(), light_.width, light_.height),
-                     "give photographs of one camera");
+    CheckSameSize({file_.string(), photo.width(), photo.height()},
+                  {first_, light_.width, light_.height});
   }
 
   void AddBoard(const Image<Rgb>& photo, const PatternShot& shot) {
@@ -276,6 +275,7 @@ class Reader {
   PhotometricLight light_;
   int view_ = 0;
   fs::path file_;
+  std::string first_;                                  // photograph
   std::map<int, Image<Rgb>> darks_;                    // of each exposure, at this position
   std::map<int, PanelRegion> regions_;                 // of each layer's emitter, at this position
   std::map<int, std::vector<Eigen::VectorXd>> lines_;  // of each layer, of each cell

@@ -18,6 +18,7 @@
 #include "pipeline/calibration_set_up.h"
 #include "pipeline/check_photos.h"
 #include "pipeline/phase_photos.h"
+#include "pipeline/photo_numbers.h"
 #include "pipeline/position_cameras.h"
 #include "pipeline/sheet_sights.h"
 #include "pipeline/workspace.h"

@@ -160,6 +160,16 @@ SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progr
   return solved;
 }
 
+std::string DescribeNextPlaneView(const VarifocalReport& report) {
+  if (!report.next_view) return "";
+  const NextPlaneView& next = *report.next_view;
+  return fmt::format(
+      "all planes from {}, after which the worst known one would be known to {:.4f} mm and {:.1e} "
+      "of its magnification, {:.2f} times what is asked for (now {:.2f} times)",
+      DescribePlace(next.right_deg, next.up_deg, next.distance_mm), next.next_depth_sd_mm,
+      next.next_magnification_sd, next.next_times_limit, next.times_limit);
+}
+
 std::string DescribeVarifocal(const SolvedVarifocal& solved) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   const VarifocalReport& report = solved.report;
@@ -169,6 +179,8 @@ std::string DescribeVarifocal(const SolvedVarifocal& solved) {
           : fmt::format("The planes of {} are not known well enough.\n", solved.display.name);
   text += DescribeWeaknesses("what the photographs leave open", report.failures);
   text += DescribeWeaknesses("what is weak", report.warnings);
+  const std::string next = DescribeNextPlaneView(report);
+  if (!next.empty()) text += "\nthe next photographs that help most\n  " + next + "\n";
   text += fmt::format(
       "\nchi^2 {:.3f} per degree of freedom, slip {:.4f} px, views over {:.1f} degrees\n"
       "{}\n\n"

@@ -16,6 +16,7 @@
 #include "pipeline/capture/input.h"
 #include "pipeline/capture/photographs.h"
 #include "pipeline/capture_record.h"
+#include "pipeline/errors_of_each.h"
 #include "pipeline/stages.h"
 
 namespace lamella {
@@ -91,19 +92,10 @@ ImageInfo Inspect(CapturedView& view) {
 std::vector<ImageInfo> InspectAll(std::vector<CapturedView>& views, Progress& progress) {
   progress.Start("check images", static_cast<std::int64_t>(views.size()), "views");
   std::vector<ImageInfo> infos(views.size());
-  std::vector<std::optional<Error>> errors(views.size());
-  ParallelForEach(0, static_cast<std::int64_t>(views.size()), [&](std::int64_t i) {
-    const auto index = static_cast<std::size_t>(i);
-    try {
-      infos[index] = Inspect(views[index]);
-    } catch (const Error& error) {
-      errors[index] = error;
-    }
+  ThrowFirst(ErrorsOfEach(views.size(), [&](std::size_t i) {
+    infos[i] = Inspect(views[i]);
     progress.Advance();
-  });
-  for (const std::optional<Error>& error : errors) {
-    if (error) throw *error;
-  }
+  }));
   return infos;
 }
 

@@ -217,6 +217,11 @@ void AddPhotometry(CLI::App& calibrate, Invocation& invocation) {
           "diameter of the camera's entrance pupil, its focal length by its f-number; it is "
           "taken out of the crosstalk [0]")
       ->check(CLI::NonNegativeNumber);
+  verb.add_option(
+          "--pupil-sd", options.pupil_sd,
+          "how well that is known: a standard deviation, a share of it, of which the crosstalk's "
+          "are made; f-numbers are rounded to about this [0.02]")
+      ->check(CLI::Range(0.0, 1.0));
   AddGlobalOptions(verb, invocation);
   verb.footer(
       "Photographs are linear: raw files developed without a tone curve to 16-bit TIFF or PNG, or\n"

@@ -62,18 +62,23 @@ std::string PlanesDirections(const VarifocalReport& report) {
     cameras.push_back({DirectionTo(Centre(report.camera_from_display[i])),
                        name.substr(name.find(' ') + 1), !is_of_planes});
   }
-  return DirectionFigure(cameras, report.limits.eye_box, std::nullopt);
+  std::optional<Eigen::Vector2d> next;
+  if (report.next_view) next = {report.next_view->right_deg, report.next_view->up_deg};
+  return DirectionFigure(cameras, report.limits.eye_box, next);
 }
 
 std::string PlanesViews(const VarifocalReport& report) {
+  const std::string next = DescribeNextPlaneView(report);
   return PageSection(
       "Camera positions",
       PageNote(fmt::format(
           "Cameras by their number, in degrees from the display's normal (hollow: no plane is seen "
           "from there); dashed: where eyes are. What tells a plane's depth from its magnification "
-          "is the angle between positions, {:.1f} degrees at most: further ones help most as far "
-          "aside as planes are seen from. Chi squared is in the mean of the planes'.",
-          report.view_angles_deg)) +
+          "is the angle between positions, {:.1f} degrees at most. Orange ring: {}. Chi squared is "
+          "in the mean of the planes'.",
+          report.view_angles_deg,
+          next.empty() ? "none, no place shows all planes at once"
+                       : "the photographs that would help most, " + next)) +
           PageDrawings({{"Directions", PlanesDirections(report)},
                         {"Chi squared of views",
                          Chi2Figure(InTheMean(report.views_fit, report.planes_fit))}}));

@@ -84,6 +84,59 @@ TEST(FitCrosstalk, TakesTheCamerasPupilOut) {
   ExpectTruth(SpreadKind::kWholePixels, 0.5);
 }
 
+// What 20 displays' errors are in their stated deviations, root mean square: of the spread, of its
+// kernel's middle weight and of a neighbour's share.
+struct Normalised {
+  double spread = 0, own = 0, neighbour = 0;
+};
+
+// Lights count photons; the pupil is not what it is taken for.
+Normalised ErrorsOverDraws(const CrosstalkSetup& setup, SpreadKind kind, double spread_px,
+                           double electrons) {
+  constexpr int kDraws = 20, kSeries = 12;
+  const CrosstalkSetup eye{setup.num_views, setup.opening_px};
+  const SpreadKernel kernel = GaussianSpread(
+      kind == SpreadKind::kWholePixels ? spread_px : std::sqrt(spread_px * spread_px - 1.0 / 12));
+  const double own = kernel.weights[kernel.weights.size() / 2];
+  const double neighbour = ViewsSeen(eye, kind, spread_px, 0)(1);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  Normalised sum;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    CrosstalkSetup truth = setup;
+    truth.pupil_px += setup.pupil_sd_px * normal(random);
+    std::vector<VectorXd> series;
+    for (int j = 0; j < kSeries; ++j) {
+      VectorXd lights = ViewsSeen(truth, kind, spread_px, 0.37 * j - 0.4);
+      for (double& light : lights) {
+        const double counted = electrons * (light + 0.01);
+        light = counted + std::sqrt(counted) * normal(random);
+      }
+      series.push_back(lights);
+    }
+    const CrosstalkFit fit = FitCrosstalk(series, setup, "layer 0");
+    EXPECT_EQ(fit.kind, kind);
+    sum.spread += std::pow((fit.spread_px - spread_px) / fit.spread_sd_px, 2);
+    const double middle = fit.kernel.weights[fit.kernel.weights.size() / 2];
+    sum.own += std::pow((middle - own) / fit.own_sd, 2);
+    sum.neighbour += std::pow((fit.without_pupil(0, 1) - neighbour) / fit.neighbour_sd, 2);
+  }
+  const auto root = [](double squares) { return std::sqrt(squares / kDraws); };
+  return {root(sum.spread), root(sum.own), root(sum.neighbour)};
+}
+
+void ExpectAboutOne(const Normalised& errors) {
+  for (const double error : {errors.spread, errors.own, errors.neighbour}) {
+    EXPECT_GT(error, 0.7);
+    EXPECT_LT(error, 1.4);
+  }
+}
+
+TEST(FitCrosstalk, ErrsByWhatItStates) {  // by noise, then by the pupil
+  ExpectAboutOne(ErrorsOverDraws({8, 1, 1, 0.1, 0}, SpreadKind::kDiffuse, 0.6, 1e4));
+  ExpectAboutOne(ErrorsOverDraws({8, 1, 1, 0.1, 0.05}, SpreadKind::kWholePixels, 0.6, 1e6));
+}
+
 TEST(FitCrosstalk, RefusesWhatIsNotWhole) {
   const auto refusal = [](const std::vector<VectorXd>& series) {
     try {

@@ -164,7 +164,12 @@ TEST(PlanShots, MeasuresLightAtTheFirstPositionInFull) {
     layer.modulator.reset();
     layer.lattice = LensLattice{};
   }
-  EXPECT_THROW(PlanShots(lenses, CalibrationMode::kPhotometry), Error);
+  try {
+    PlanShots(lenses, CalibrationMode::kPhotometry);
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("photograph one lit column without the lens sheet"));
+  }
 }
 
 TEST(DescribeShots, SaysWhatEveryShotIs) {

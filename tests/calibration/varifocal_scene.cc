@@ -72,10 +72,13 @@ std::vector<VarifocalScene::Plane> Planes(const VarifocalSceneOptions& options, 
   return planes;
 }
 
+Vector3d Around(double yaw, double pitch, double distance) {
+  return distance * Vector3d(std::sin(yaw) * std::cos(pitch), std::sin(pitch),
+                             std::cos(yaw) * std::cos(pitch));
+}
+
 // A camera that looks at the display's middle.
-Rigid LookingAtPlanes(double yaw, double pitch, double roll, double distance) {
-  const Vector3d from = distance * Vector3d(std::sin(yaw) * std::cos(pitch), std::sin(pitch),
-                                            std::cos(yaw) * std::cos(pitch));
+Rigid LookingAtPlanes(const Vector3d& from, double roll) {
   const Vector3d forward = -from.normalized();
   const Vector3d right = forward.cross(Vector3d(0, 1, 0)).normalized();
   Eigen::Matrix3d rotation;
@@ -84,7 +87,7 @@ Rigid LookingAtPlanes(double yaw, double pitch, double roll, double distance) {
   return {Eigen::Quaterniond(rotation), -(rotation * from)};
 }
 
-// Two rings, then the sheet's own views.
+// Two rings, then the sheet's own views, then a further one.
 std::vector<Rigid> Views(const VarifocalSceneOptions& options) {
   std::vector<Rigid> views;
   const int all = options.num_views + options.num_sheet_views;
@@ -93,10 +96,11 @@ std::vector<Rigid> Views(const VarifocalSceneOptions& options) {
     const double around = 2 * std::numbers::pi * i / options.num_views + 0.3;
     const double angle = sheet_only ? 30 : options.angle_deg * (i % 2 == 0 ? 1 : 1.0 / 3);
     const double distance = 1050 + 130 * std::cos(2.4 * i);
-    views.push_back(LookingAtPlanes(angle * std::cos(around) * kDegree,
-                                    angle * std::sin(around) * kDegree, 90 * (i % 3) * kDegree,
-                                    distance));
+    views.push_back(LookingAtPlanes(
+        Around(angle * std::cos(around) * kDegree, angle * std::sin(around) * kDegree, distance),
+        90 * (i % 3) * kDegree));
   }
+  if (options.further_mm) views.push_back(LookingAtPlanes(*options.further_mm, 0));
   return views;
 }
 
@@ -170,7 +174,9 @@ void AddView(const VarifocalSceneOptions& options, int view, VarifocalScene& sce
                            options.noise_px * options.noise_px * Eigen::Matrix2d::Identity()});
   }
   scene.observations.views.push_back(added);
-  if (view < options.num_views) AddPlanePhotos(options, view, scene, dice);
+  const bool sheet_only =
+      view >= options.num_views && view < options.num_views + options.num_sheet_views;
+  if (!sheet_only) AddPlanePhotos(options, view, scene, dice);
 }
 
 }  // namespace
@@ -186,7 +192,7 @@ VarifocalScene MakeVarifocalScene(const VarifocalSceneOptions& options) {
   VarifocalCamera body{"body", scene.camera.width, scene.camera.height, 6900, std::nullopt};
   if (options.known_camera) body.known = scene.camera;
   scene.observations.cameras = {body};
-  const int all = options.num_views + options.num_sheet_views;
+  const int all = static_cast<int>(scene.camera_from_display.size());
   for (int view = 0; view < all; ++view) AddView(options, view, scene, dice);
   return scene;
 }

@@ -4,7 +4,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "calibration/varifocal.h"
 #include "lightfield/camera.h"
@@ -18,8 +21,9 @@ struct VarifocalSceneOptions {
   double angle_deg = 9;
   int columns = 10, rows = 8;  // points of a plane
   bool known_poses = false, known_camera = true;
-  bool sheet = true;        // its marks are in every view
-  int num_sheet_views = 0;  // of the sheet alone, slanted by 30 degrees
+  bool sheet = true;                               // its marks are in every view
+  int num_sheet_views = 0;                         // of the sheet alone, slanted by 30 degrees
+  std::optional<Eigen::Vector3d> further_mm = {};  // a further view of all, from here
   double noise_px = 0.1, slip_px = 0;
   double misalign_mm = 2, misalign_deg = 0.5;  // of all planes together
   double wobble_mm = 0;  // of a plane's depth off the mirror's motion, at most

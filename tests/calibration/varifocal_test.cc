@@ -7,9 +7,11 @@
 #include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -17,6 +19,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibration/imagined_view.h"
 #include "calibration/inliers.h"
 #include "calibration/varifocal_start.h"
 #include "lightfield/error.h"
@@ -433,6 +436,44 @@ VarifocalState Stepped(VarifocalState state, const VarifocalColumns& columns, in
     if (within(common.slip[i], 2)) state.slips_px[i](column - common.slip[i]) += step;
   }
   return state;
+}
+
+// Three views close to the axis and a further one: what the worst known plane is known to, in what
+// is asked for.
+double TimesLimitWith(const std::optional<Eigen::Vector3d>& further_mm, bool known_poses,
+                      std::optional<NextPlaneView>* next = nullptr) {
+  VarifocalSceneOptions options = Few();
+  options.num_views = 3;
+  options.angle_deg = 4;
+  options.known_poses = known_poses;
+  options.further_mm = further_mm;
+  const VarifocalReport report = Solved(MakeVarifocalScene(options));
+  double worst = 0;
+  for (const CalibratedPlane& plane : report.planes) {
+    worst = std::max({worst, plane.depth_sd_mm / report.limits.largest_depth_sd_mm,
+                      plane.magnification_sd / report.limits.largest_magnification_sd});
+  }
+  if (next != nullptr) *next = report.next_view;
+  return worst;
+}
+
+TEST(Varifocal, KnowsItsPlanesBestByTheViewThatItAskedFor) {
+  for (const bool known_poses : {true, false}) {
+    std::optional<NextPlaneView> next;
+    const double before = TimesLimitWith(std::nullopt, known_poses, &next);
+    ASSERT_TRUE(next);
+    EXPECT_NEAR(next->times_limit, before, 0.05 * before);
+    const double after =
+        TimesLimitWith(PlaceAt(next->right_deg, next->up_deg, next->distance_mm), known_poses);
+    fmt::print("{:.0f} degrees right, {:.0f} up: {:.2f} to {:.2f} times what is asked for\n",
+               next->right_deg, next->up_deg, before, after);
+    EXPECT_NEAR(after, next->next_times_limit, 0.15 * after);
+    for (const auto& [right_deg, up_deg] : {std::pair{0.0, 0.0}, {4.0, 4.0}, {-8.0, 2.0}}) {
+      const double other =
+          TimesLimitWith(PlaceAt(right_deg, up_deg, next->distance_mm), known_poses);
+      EXPECT_LT(after, 0.95 * other) << right_deg << ' ' << up_deg;
+    }
+  }
 }
 
 TEST(VarifocalProblem, HasTheSlopesOfItsResiduals) {

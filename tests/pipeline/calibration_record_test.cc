@@ -134,7 +134,7 @@ TEST(CalibrationRecord, KeepsTheCrosstalkOfViews) {
 TEST(CalibrationRecord, TakesWhatIsLeftOutAsDesigned) {
   const auto file = ScratchFolder() / "calibration.json";
   WriteTextAtomically(file, R"({"format_version": 1, "display": "one", "layers": [
-    {"display_from_stack": {}, "emitter": {"width_px": 8, "height_px": 6, "pitch_mm": 0.3}}]})");
+    {"display_from_reference": {}, "emitter": {"width_px": 8, "height_px": 6, "pitch_mm": 0.3}}]})");
   const Calibration calibration = LoadCalibration(file);
   ASSERT_EQ(calibration.layers.size(), 1U);
   EXPECT_FALSE(calibration.layers[0].modulator);
@@ -164,6 +164,8 @@ TEST(CalibrationRecord, RefusesWithOneLine) {
   EXPECT_THAT(refusal("\"gap_mm\": 7.45", "\"gap_mm\": \"x\""), HasSubstr("layers[0]: \"gap_mm\""));
   EXPECT_THAT(refusal("\"mirror_x\": true", "\"mirror_x\": 1"), HasSubstr("true or false"));
   EXPECT_THAT(refusal("\"hexagonal\"", "\"hex\""), HasSubstr("line, square or hexagonal"));
+  EXPECT_THAT(refusal("\"display_from_reference\"", "\"display_from_stack\""),
+              HasSubstr("which is display_from_reference now; rename it"));
   EXPECT_THAT(refusal("\"chi2\"", "\"chi\""), HasSubstr("measured: there is no key \"chi\""));
   EXPECT_THAT(refusal("\"rms_sd_px\": ", "\"rms_sd_px\": -"), HasSubstr("0 or more"));
   EXPECT_THAT(refusal("\"freed\": true", "\"freed\": 1"), HasSubstr("true or false"));

@@ -157,6 +157,8 @@ TEST(SolveVarifocal, FindsThePlanesOfAMisalignedPrototype) {
                 HasSubstr(fmt::format("{:.4f} ± {:.4f}", plane.display_from_plane.translation.z(),
                                       plane.depth_sd_mm)));
   }
+  EXPECT_THAT(page, HasSubstr(report.next_view ? "help most, " + DescribeNextPlaneView(report)
+                                               : "Orange ring: none"));
   int points = 0;
   for (const ResidualCell& cell : Pooled(report.residuals).cells) points += cell.num_points;
   EXPECT_EQ(points, report.planes_fit[0].num_used + report.planes_fit[1].num_used);
