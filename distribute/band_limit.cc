@@ -24,21 +24,12 @@ constexpr int kRowsOfStrip = 128;
 constexpr float kLeastWeight = 1e-7F;  // of light, to be divided by
 constexpr float kNowhere = -2;         // the place of what is not known
 
-// The beams' widths in the middle of a layer; nothing where they are no product of the axes.
-std::optional<Beam> ProductBeam(const Display& display, const Layer& layer) {
-  const AxisBeam along_x = MiddleBeam(display, layer);
-  AxisBeam along_y = along_x;
+bool IsProductOfAxes(const Layer& layer) {
   if (const auto* lenslets = std::get_if<LensletArray>(&layer.optics)) {
-    if (lenslets->lattice != LensletArray::Lattice::kSquare) return std::nullopt;
+    return lenslets->lattice == LensletArray::Lattice::kSquare;
   }
-  if (const auto* lenticular = std::get_if<Lenticular>(&layer.optics)) {
-    if (lenticular->slant != 0) return std::nullopt;
-    // No parallax: the emitter's height at every depth.
-    along_y.aperture_mm = display.emitter_pitch_mm(layer);
-    along_y.emitter_width_mm = 0;
-    along_y.power_per_mm = 1 / along_y.d0_mm;
-  }
-  return Beam{along_x, along_y};
+  const auto* lenticular = std::get_if<Lenticular>(&layer.optics);
+  return lenticular == nullptr || lenticular->slant == 0;
 }
 
 // The layers that show any depth between the planes beside a plane.
@@ -236,11 +227,10 @@ std::optional<BandLimit> BandLimitOf(const Display& display) {
   BandLimit limit{WeightsOf(display), {}, {}, {}, {}};
   std::vector<BeamOfLayer> along_x;
   for (const Layer& layer : display.layers) {
-    const std::optional<Beam> beam = ProductBeam(display, layer);
-    if (!beam) return std::nullopt;
+    if (!IsProductOfAxes(layer)) return std::nullopt;
     limit.layers_mm.push_back(layer.position_mm);
-    limit.beams.push_back(*beam);
-    along_x.push_back({beam->x, layer.position_mm});
+    limit.beams.push_back(MiddleBeams(display, layer));
+    along_x.push_back({limit.beams.back().x, layer.position_mm});
   }
   limit.planes_mm = BlurPlanes(display, along_x, kWideningOfLimit,
                                kFarthestOfLimit * display.viewing_distance_mm);
