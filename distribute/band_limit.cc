@@ -21,15 +21,24 @@ namespace {
 constexpr double kWideningOfLimit = 0.3;
 constexpr double kFarthestOfLimit = -16;  // in viewing distances; behind it is infinity
 constexpr int kRowsOfStrip = 128;
+// Of a regular hexagon's width between its sides, sqrt(5/6): its variance on any axis is 5/72 of
+// that width's square, a box's 1/12.
+constexpr double kBoxOfHexagon = 0.9128709291752769;
 constexpr float kLeastWeight = 1e-7F;  // of light, to be divided by
 constexpr float kNowhere = -2;         // the place of what is not known
 
-bool IsProductOfAxes(const Layer& layer) {
+// The beams' widths in the middle of a layer; nothing where they are no product of the axes.
+std::optional<Beam> ProductBeam(const Display& display, const Layer& layer) {
+  Beam beam = MiddleBeams(display, layer);
   if (const auto* lenslets = std::get_if<LensletArray>(&layer.optics)) {
-    return lenslets->lattice == LensletArray::Lattice::kSquare;
+    if (lenslets->lattice == LensletArray::Lattice::kHexagonal) {
+      beam.x.aperture_mm *= kBoxOfHexagon;
+      beam.y.aperture_mm *= kBoxOfHexagon;
+    }
   }
   const auto* lenticular = std::get_if<Lenticular>(&layer.optics);
-  return lenticular == nullptr || lenticular->slant == 0;
+  if (lenticular != nullptr && lenticular->slant != 0) return std::nullopt;
+  return beam;
 }
 
 // The layers that show any depth between the planes beside a plane.
@@ -227,10 +236,11 @@ std::optional<BandLimit> BandLimitOf(const Display& display) {
   BandLimit limit{WeightsOf(display), {}, {}, {}, {}};
   std::vector<BeamOfLayer> along_x;
   for (const Layer& layer : display.layers) {
-    if (!IsProductOfAxes(layer)) return std::nullopt;
+    const std::optional<Beam> beam = ProductBeam(display, layer);
+    if (!beam) return std::nullopt;
     limit.layers_mm.push_back(layer.position_mm);
-    limit.beams.push_back(MiddleBeams(display, layer));
-    along_x.push_back({limit.beams.back().x, layer.position_mm});
+    limit.beams.push_back(*beam);
+    along_x.push_back({beam->x, layer.position_mm});
   }
   limit.planes_mm = BlurPlanes(display, along_x, kWideningOfLimit,
                                kFarthestOfLimit * display.viewing_distance_mm);

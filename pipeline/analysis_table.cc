@@ -63,7 +63,7 @@ void AddWhole(const Analysis& analysis, std::string& text) {
                    "parallax), {:g} times (horizontal only)\n",
                    layers, RayRatio(layers, 2), RayRatio(layers, 1));
   }
-  fmt::format_to(out, "panels' bits     {:.4g} a picture\n", analysis.totals.bits);
+  fmt::format_to(out, "panels' bits     {:.0f} a picture\n", analysis.totals.bits);
   fmt::format_to(out, "full resolution ");
   constexpr std::size_t kMostIntervals = 8;
   for (std::size_t i = 0; i < std::min(analysis.sharp.size(), kMostIntervals); ++i) {
