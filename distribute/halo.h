@@ -35,7 +35,11 @@ struct ShadowBlur {
 // Nothing of a display with one layer.
 std::optional<ShadowBlur> ShadowBlurOf(const Display& display);
 
-enum class Rim : std::uint8_t { kNone, kBehind, kBefore };  // beside the edge, on the edge's owner
+enum class Rim : std::uint8_t {
+  kNone,
+  kBehind,
+  kBefore
+};  // of the edge: its farther, its nearer side
 
 // The pixels within a shadow's blur of an edge, along the axis across which it lies and on both of
 // its sides; where several meet, kBefore. An edge lies between neighbours, both known, that are

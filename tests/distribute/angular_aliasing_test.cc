@@ -86,7 +86,7 @@ TEST(AngularAliasing, StepsAQuarterOfTheLeastSpacingOfViews) {
 }
 
 // A grating at twice the sharp range, on a display of one layer made with this kernel.
-struct Watched {
+struct WatchedGrating {
   double frequency = 0, contrast = 0;
   Rgb ColorAt(double x) const {
     const auto light = static_cast<float>(0.5 + contrast * std::cos(2 * M_PI * frequency * x));
@@ -95,7 +95,7 @@ struct Watched {
   double Decibels(const std::string& kernel) const;
 };
 
-double Watched::Decibels(const std::string& kernel) const {
+double WatchedGrating::Decibels(const std::string& kernel) const {
   constexpr double kPlane = 20;
   Display display = FindDisplay("paper-one-layer");
   display.width_px = 120;
@@ -123,13 +123,13 @@ double Watched::Decibels(const std::string& kernel) const {
 // 10 dB and more.
 TEST(AngularAliasing, TellsAPrefilteredDisplayFromOneOfRays) {
   for (const double frequency : {0.7, 1.0}) {
-    const Watched grating{frequency, 0.4};
+    const WatchedGrating grating{frequency, 0.4};
     EXPECT_LT(grating.Decibels("beam"), grating.Decibels("ray") - 10) << frequency;
   }
 }
 
 TEST(AngularAliasing, OfAFlatSceneIsNoise) {
-  const Watched flat{0.1, 0};
+  const WatchedGrating flat{0.1, 0};
   for (const char* kernel : {"beam", "ray"}) EXPECT_LT(flat.Decibels(kernel), -60) << kernel;
 }
 
