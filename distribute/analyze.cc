@@ -195,6 +195,16 @@ AxisBeam MiddleBeam(const Display& display, const Layer& layer) {
   return beam;
 }
 
+Beam MiddleBeams(const Display& display, const Layer& layer) {
+  Beam beams{MiddleBeam(display, layer), MiddleBeam(display, layer)};
+  if (std::holds_alternative<Lenticular>(layer.optics)) {
+    beams.y.aperture_mm = display.emitter_pitch_mm(layer);
+    beams.y.emitter_width_mm = 0;
+    beams.y.power_per_mm = 1 / beams.y.d0_mm;
+  }
+  return beams;
+}
+
 EyeRectangle CleanEyeBoxOf(const Display& display, const Layer& layer) {
   if (const auto* bare = std::get_if<BarePanel>(&layer.optics)) {
     return {bare->eye_box_mm / 2, bare->eye_box_mm / 2};
@@ -223,6 +233,20 @@ double RaysOf(const Display& display, const Layer& layer) {
   return emitters * (1 - GuardShare(layer)) * slots * slots;
 }
 
+DisplayTotals TotalsOf(const Display& display, const std::optional<int>& strokes) {
+  constexpr double kBitsOfColors = 3 * 8;
+  const double pixels = 1.0 * display.width_px * display.height_px;
+  DisplayTotals totals;
+  for (const Layer& layer : display.layers) {
+    const double slots = 1.0 * SlotsPerAxis(layer) * SlotsPerAxis(layer);
+    totals.rays += RaysOf(display, layer);
+    totals.bits += pixels * slots * (strokes ? 1.0 * *strokes : kBitsOfColors);
+    totals.light_efficiency +=
+        Brightness(display, layer) / static_cast<double>(display.layers.size());
+  }
+  return totals;
+}
+
 DepthInterval DepthsWorthALook(const Display& display) {
   constexpr double kNearest = 0.9, kFarthest = 10;  // viewing distances
   const std::vector<DepthInterval> sharp = SharpIntervals(display);
@@ -238,9 +262,11 @@ DepthInterval DepthsWorthALook(const Display& display) {
   return depths;
 }
 
-Analysis Analyze(const Display& display, const DepthInterval& depths) {
+Analysis Analyze(const Display& display, const DepthInterval& depths,
+                 const std::optional<int>& strokes) {
   Check(display, display.name);
   Analysis analysis;
+  analysis.totals = TotalsOf(display, strokes);
   analysis.clean_eye_box = {kInfinity, kInfinity};
   for (const Layer& layer : display.layers) {
     const LayerFigures figures = FiguresOf(display, layer);
@@ -248,7 +274,6 @@ Analysis Analyze(const Display& display, const DepthInterval& depths) {
     EyeRectangle& box = analysis.clean_eye_box;
     box.x_mm = std::min(box.x_mm, figures.clean_eye_box.x_mm);
     box.y_mm = std::min(box.y_mm, figures.clean_eye_box.y_mm);
-    analysis.rays += figures.rays;
     analysis.layers.push_back(figures);
   }
   analysis.sharp = SharpIntervals(display);

@@ -29,6 +29,9 @@ EyeRectangle CleanEyeBoxOf(const Display& display, const Layer& layer);
 
 // The widths of a layer's beams along a row: of an element and an emitter in the middle.
 AxisBeam MiddleBeam(const Display& display, const Layer& layer);
+// And along both axes. Cylinder lenses have no parallax along a column: at every depth it is an
+// emitter's height. Hexagonal lenses are taken for squares as wide.
+Beam MiddleBeams(const Display& display, const Layer& layer);
 
 // Emitters that are lit, times the slots in which each has a direction of its own. Elements that
 // the panel's edge cuts are counted by their area. Of lenticular lenses: sub-pixels.
@@ -48,6 +51,18 @@ struct LayerFigures {
   EyeRectangle clean_eye_box;
 };
 
+// What a display costs and gives in all.
+struct DisplayTotals {
+  double rays = 0;  // of all layers
+  // That its emissive panels show of one picture: pixels x 3 channels x 8 bits x slots of every
+  // layer, or pixels x planes x strokes where the planes are of one bit. Modulators' patterns,
+  // which are the same for every picture, are not counted.
+  double bits = 0;
+  double light_efficiency = 0;  // Brightness(), mean over the layers
+};
+// `strokes` of one-bit planes; without, pixels have colours.
+DisplayTotals TotalsOf(const Display& display, const std::optional<int>& strokes);
+
 struct DepthInterval {
   double from_mm = 0, to_mm = 0;
   bool Contains(double z_mm) const { return from_mm <= z_mm && z_mm <= to_mm; }
@@ -66,7 +81,7 @@ struct MtfRows {
 struct Analysis {
   int parallax_axes = 2;
   std::vector<LayerFigures> layers;
-  double rays = 0;
+  DisplayTotals totals;
   EyeRectangle clean_eye_box;  // of all layers
   // Depths that a layer shows at the full resolution of its lattice, by Eq. 1; disjoint, rising.
   std::vector<DepthInterval> sharp;
@@ -89,8 +104,9 @@ struct Analysis {
 DepthInterval DepthsWorthALook(const Display& display);
 
 // Over these depths: equal steps and the places where a curve bends. UsageError where the display
-// can't work.
-Analysis Analyze(const Display& display, const DepthInterval& depths);
+// can't work. `strokes` as of TotalsOf.
+Analysis Analyze(const Display& display, const DepthInterval& depths,
+                 const std::optional<int>& strokes = {});
 
 // The best layer's cut-off at a depth, Eq. 1, and that of its beams' real widths; -inf allowed.
 double CombinedCutoffPerMm(const Display& display, double z_mm);

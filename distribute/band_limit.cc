@@ -21,24 +21,24 @@ namespace {
 constexpr double kWideningOfLimit = 0.3;
 constexpr double kFarthestOfLimit = -16;  // in viewing distances; behind it is infinity
 constexpr int kRowsOfStrip = 128;
+// Of a regular hexagon's width between its sides, sqrt(5/6): its variance on any axis is 5/72 of
+// that width's square, a box's 1/12.
+constexpr double kBoxOfHexagon = 0.9128709291752769;
 constexpr float kLeastWeight = 1e-7F;  // of light, to be divided by
 constexpr float kNowhere = -2;         // the place of what is not known
 
 // The beams' widths in the middle of a layer; nothing where they are no product of the axes.
 std::optional<Beam> ProductBeam(const Display& display, const Layer& layer) {
-  const AxisBeam along_x = MiddleBeam(display, layer);
-  AxisBeam along_y = along_x;
+  Beam beam = MiddleBeams(display, layer);
   if (const auto* lenslets = std::get_if<LensletArray>(&layer.optics)) {
-    if (lenslets->lattice != LensletArray::Lattice::kSquare) return std::nullopt;
+    if (lenslets->lattice == LensletArray::Lattice::kHexagonal) {
+      beam.x.aperture_mm *= kBoxOfHexagon;
+      beam.y.aperture_mm *= kBoxOfHexagon;
+    }
   }
-  if (const auto* lenticular = std::get_if<Lenticular>(&layer.optics)) {
-    if (lenticular->slant != 0) return std::nullopt;
-    // No parallax: the emitter's height at every depth.
-    along_y.aperture_mm = display.emitter_pitch_mm(layer);
-    along_y.emitter_width_mm = 0;
-    along_y.power_per_mm = 1 / along_y.d0_mm;
-  }
-  return Beam{along_x, along_y};
+  const auto* lenticular = std::get_if<Lenticular>(&layer.optics);
+  if (lenticular != nullptr && lenticular->slant != 0) return std::nullopt;
+  return beam;
 }
 
 // The layers that show any depth between the planes beside a plane.

@@ -51,7 +51,7 @@ void AddLayers(const Analysis& analysis, std::string& text) {
 void AddWhole(const Analysis& analysis, std::string& text) {
   auto out = std::back_inserter(text);
   const int layers = static_cast<int>(analysis.layers.size());
-  fmt::format_to(out, "rays             {:.0f}", analysis.rays);
+  fmt::format_to(out, "rays             {:.0f}", analysis.totals.rays);
   if (analysis.rays_to_one_layer) {
     fmt::format_to(out, ", {:.4g} times those of one layer with the same range",
                    *analysis.rays_to_one_layer);
@@ -63,6 +63,7 @@ void AddWhole(const Analysis& analysis, std::string& text) {
                    "parallax), {:g} times (horizontal only)\n",
                    layers, RayRatio(layers, 2), RayRatio(layers, 1));
   }
+  fmt::format_to(out, "panels' bits     {:.0f} a picture\n", analysis.totals.bits);
   fmt::format_to(out, "full resolution ");
   constexpr std::size_t kMostIntervals = 8;
   for (std::size_t i = 0; i < std::min(analysis.sharp.size(), kMostIntervals); ++i) {

@@ -75,8 +75,8 @@ LayersComparison CompareLayers(const Workspace& a, const Workspace& b, int borde
     eye.position.y() = y * box;
     comparison.eyes.push_back(
         {eye.position.x(), eye.position.y(),
-         Compare(RenderSimulated(layers_a, of_a.display, eye, {}),
-                 RenderSimulated(layers_b, of_b.display, eye, {}), border_px)});
+         Compare(PictureOf(SimulateEye(layers_a, of_a.display, eye)),
+                 PictureOf(SimulateEye(layers_b, of_b.display, eye)), border_px)});
     progress.Advance();
   }
   return comparison;

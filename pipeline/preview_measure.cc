@@ -100,12 +100,24 @@ void AddPicture(const Image<Rgb>& picture, float weight, Image<Rgb>& sum) {
   for (std::size_t i = 0; i < sum.size(); ++i) sum.data()[i] += weight * picture.data()[i];
 }
 
-Image<float> KnownToBoth(const PreviewPicture& a, const PreviewPicture& b) {
-  Image<float> both(a.share.width(), a.share.height());
-  for (std::size_t i = 0; i < both.size(); ++i) {
-    both.data()[i] = std::min(a.share.data()[i], b.share.data()[i]);
+Image<float> LeastOf(const Image<float>& a, const Image<float>& b) {
+  Image<float> least(a.width(), a.height());
+  for (std::size_t i = 0; i < least.size(); ++i) {
+    least.data()[i] = std::min(a.data()[i], b.data()[i]);
   }
-  return both;
+  return least;
+}
+
+Image<float> KnownToBoth(const PreviewPicture& a, const PreviewPicture& b) {
+  return LeastOf(a.share, b.share);
+}
+
+Image<float> LuminanceOf(const Image<Rgb>& light) {
+  Image<float> luminance(light.width(), light.height());
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    luminance.data()[i] = Luminance(light.data()[i]);
+  }
+  return luminance;
 }
 
 PreviewMetrics CompareCodes(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
@@ -118,36 +130,43 @@ PreviewMetrics CompareCodes(ImageSpan<const Rgb8> a, ImageSpan<const Rgb8> b,
 }  // namespace
 
 EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optional<Pupil>& pupil,
-                       double mm_per_view_px, const BandLimit* limit) {
+                       double mm_per_view_px, const TargetParts& parts) {
   const std::vector<PupilPoint> points = PointsOfTarget(eye, pupil, mm_per_view_px);
   const float weight = 1.0F / static_cast<float>(points.size());
   EyeTarget target;
   target.picture.share = Image<float>(eye.width, eye.height);
   Image<Rgb> color, limited;
   for (const PupilPoint& point : points) {
-    const SeenTarget seen = SeenFrom(placed, point);
+    SeenTarget seen = SeenFrom(placed, point);
     AddPicture(seen.color, weight, color);
     for (std::size_t i = 0; i < seen.scene.coverage.size(); ++i) {
       target.picture.share.data()[i] += weight * seen.scene.coverage.data()[i];
     }
-    if (limit != nullptr) AddPicture(BandLimited(seen.scene, *limit, point.eye), weight, limited);
+    if (parts.limit != nullptr) {
+      AddPicture(BandLimited(seen.scene, *parts.limit, point.eye), weight, limited);
+    }
+    if (pupil) continue;
+    if (parts.shadows != nullptr) target.rims = RimsOf(seen.scene, *parts.shadows, eye);
+    if (parts.keeps_light) {
+      target.light = {eye,
+                      {},
+                      LuminanceOf(limited.empty() ? color : limited),
+                      std::move(seen.scene.z),
+                      target.picture.share.Clone()};
+    }
   }
   target.picture.codes = EncodeSrgb8(color.span());
-  if (limit != nullptr) target.band_limited = EncodeSrgb8(limited.span());
+  if (!limited.empty()) target.band_limited = EncodeSrgb8(limited.span());
   return target;
 }
 
-PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
-                               const std::optional<Pupil>& pupil) {
-  EyePicture seen =
-      pupil ? SimulateEye(layers, display, eye, *pupil) : SimulateEye(layers, display, eye);
-  return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
+PreviewPicture PictureOf(const EyePicture& seen) {
+  return {EncodeSrgb8(seen.color.span()), seen.coverage.Clone()};
 }
 
-PreviewPicture RenderSimulated(const CalibratedEyes& display, const Eye& eye,
-                               const std::optional<Pupil>& pupil) {
-  EyePicture seen = display.See(eye, pupil);
-  return {EncodeSrgb8(seen.color.span()), std::move(seen.coverage)};
+void AddSeen(const EyePicture& seen, SeenAgainstTarget& light) {
+  light.seen = LuminanceOf(seen.color);
+  light.known = LeastOf(light.known, seen.coverage);
 }
 
 void LoseColor(Image<Rgb8>& codes) {
@@ -177,6 +196,14 @@ BandLimitMetrics CompareToBandLimited(const PreviewPicture& simulated, const Eye
   return {CompareCodes(simulated.codes.span(), limited, KnownToBoth(simulated, target.picture),
                        border_px),
           {Psnr(unlimited, limited, all), Psnr(unlimited, limited, seen), {}, {}}};
+}
+
+std::optional<HaloErrors> MeasureHalo(const PreviewPicture& simulated, const EyeTarget& target,
+                                      int border_px) {
+  if (target.rims.empty()) return std::nullopt;
+  const Image<float> known = KnownToBoth(simulated, target.picture);
+  const Image<Rgb8>& aim = target.band_limited.empty() ? target.picture.codes : target.band_limited;
+  return SumHaloErrors(simulated.codes.span(), aim.span(), target.rims, {border_px, known.span()});
 }
 
 double MeanShare(const PreviewPicture& picture) {

@@ -5,14 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "distribute/angular_aliasing.h"
 #include "distribute/band_limit.h"
-#include "distribute/distribute.h"
+#include "distribute/halo.h"
 #include "distribute/simulate_eye.h"
-#include "lightfield/display.h"
 #include "lightfield/image.h"
 #include "lightfield/ray_source.h"
 #include "lightfield/view.h"
-#include "pipeline/calibrated_eyes.h"
 #include "pipeline/preview_eyes.h"
 
 namespace lamella {
@@ -27,17 +26,26 @@ struct PreviewPicture {
 struct EyeTarget {
   PreviewPicture picture;
   Image<Rgb8> band_limited;  // the same as the display's beams carry it; empty: no limit was given
+  Image<Rim> rims = {};      // empty: nothing is occluded, or no shadows were given
+  // Where it was asked for, all but what is seen: of the band-limited target, if there is one.
+  std::optional<SeenAgainstTarget> light = {};
+};
+
+// What is made beside a target's picture.
+struct TargetParts {
+  const BandLimit* limit = nullptr;     // may be null
+  const ShadowBlur* shadows = nullptr;  // may be null; pinhole eyes alone have rims
+  bool keeps_light = false;             // likewise
 };
 
 // The scene along the eye's rays: the mean over each pixel, as the simulated eye's is, by 2 x 2
 // rays; through a pupil one or four for each of its points. An eye without a pupil is a pinhole.
-// A pixel is blurred to the `limit` (may be null) as far away as the nearest thing in it is.
+// A pixel is as far away as the nearest thing in it is.
 EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optional<Pupil>& pupil,
-                       double mm_per_view_px, const BandLimit* limit);
-PreviewPicture RenderSimulated(const LayerImages& layers, const Display& display, const Eye& eye,
-                               const std::optional<Pupil>& pupil);
-PreviewPicture RenderSimulated(const CalibratedEyes& display, const Eye& eye,
-                               const std::optional<Pupil>& pupil);
+                       double mm_per_view_px, const TargetParts& parts);
+PreviewPicture PictureOf(const EyePicture& seen);
+// What the eye sees, to the kept light of its target.
+void AddSeen(const EyePicture& seen, SeenAgainstTarget& light);
 // Every pixel becomes the grey of its luminance.
 void LoseColor(Image<Rgb8>& codes);
 // A captured view on the raster of its eye.
@@ -55,6 +63,11 @@ struct BandLimitMetrics {
   PreviewMetrics simulated, target;
 };
 BandLimitMetrics CompareToBandLimited(const PreviewPicture& simulated, const EyeTarget& target,
+                                      int border_px);
+
+// Of what an eye sees against its band-limited target, or its target where there is none; over the
+// pixels that both know. Nothing where nothing is occluded.
+std::optional<HaloErrors> MeasureHalo(const PreviewPicture& simulated, const EyeTarget& target,
                                       int border_px);
 
 double MeanShare(const PreviewPicture& picture);

@@ -60,6 +60,24 @@ class MeanOfFigures {
 // Displays have a band-limited target for all eyes or for none.
 bool IsBandLimited(const PreviewResult& result) { return result.grid[0].band_limit.has_value(); }
 
+Json ToJson(const HaloFigures& halo) {
+  return {{"relative_error", Number(halo.relative_error)},
+          {"relative_error_behind", Number(halo.behind)},
+          {"relative_error_before", Number(halo.before)},
+          {"share_of_pixels", Number(halo.share_of_pixels)},
+          {"share_of_squared_error", Number(halo.share_of_squared_error)}};
+}
+
+Json ToJson(const AliasingResult& aliasing) {
+  return {{"step_mm", Number(aliasing.step_mm)}, {"db", Number(aliasing.db)}};
+}
+
+Json ToJson(const DisplayTotals& totals) {
+  return {{"rays", std::round(totals.rays)},
+          {"bits", totals.bits},
+          {"light_efficiency", totals.light_efficiency}};
+}
+
 // The means' fields of metrics.json.
 Json MeansJson(const PreviewResult& result) {
   const GridMeans means = MeansOf(result);
@@ -74,6 +92,8 @@ Json MeansJson(const PreviewResult& result) {
     json["band_limited_to_target"] = {
         {"psnr_srgb_seen_db", Number(means.band_limited_to_target_db)}};
   }
+  if (means.halo) json["halo"] = ToJson(*means.halo);
+  json["angular_aliasing"] = ToJson(result.aliasing);
   return json;
 }
 
@@ -96,6 +116,8 @@ Json ToJson(const EyeResult& eye) {
     json["band_limited_to_target"] = {{"psnr_srgb_db", Number(target.psnr_db)},
                                       {"psnr_srgb_seen_db", Number(target.psnr_seen_db)}};
   }
+  const std::optional<HaloFigures> halo = eye.halo ? FiguresOf(*eye.halo) : std::nullopt;
+  if (halo) json["halo"] = ToJson(*halo);
   return json;
 }
 
@@ -261,6 +283,9 @@ void AddFacts(const LayersRecord& record, const PreviewResult& result,
   add("Optics", OpticsInWords(layer));
   add("Brightness", fmt::format("{:.2f} % of an emitter's light reaches the eye",
                                 100 * Brightness(display, layer)));
+  add("Display rays",
+      fmt::format("{:.4g} million in all layers and slots", result.totals.rays / 1e6));
+  add("Panels' bits", fmt::format("{:.4g} million a picture", result.totals.bits / 1e6));
   add("Reference view", p.reference_view);
   add("Depth placed", fmt::format("{:.4g} to {:.4g} world units", p.near, p.far));
   add("in the display",
@@ -345,6 +370,27 @@ PageTable TableOfMeans(const PreviewResult& result) {
   return table;
 }
 
+// What layers and directions do to the picture, of the same eyes.
+PageTable TableOfArtefacts(const PreviewResult& result) {
+  const auto percent = [](const std::optional<double>& share) {
+    return share ? fmt::format("{:+.1f} %", 100 * *share) : std::string("-");
+  };
+  PageTable table{"Halos and shimmer of the same eyes", {"Figure", "Against the target"}, {}};
+  if (const std::optional<HaloFigures> halo = MeansOf(result).halo) {
+    table.rows.push_back(
+        {"light behind the edges of what occludes another layer's content", percent(halo->behind)});
+    table.rows.push_back({"light on the near side of these edges", percent(halo->before)});
+    table.rows.push_back({"pixels that such halos reach; their share of the squared error",
+                          fmt::format("{:.1f} %; {:.1f} %", 100 * halo->share_of_pixels,
+                                      100 * halo->share_of_squared_error)});
+  }
+  table.rows.push_back(
+      {fmt::format("angular aliasing, middle eye against one {:.1f} mm beside it, dB",
+                   result.aliasing.step_mm),
+       Decibels(result.aliasing.db)});
+  return table;
+}
+
 // A row for each eye, under the column `place`.
 PageTable TableOfEyes(const std::string& title, const std::string& place,
                       const std::vector<EyeResult>& eyes,
@@ -373,6 +419,7 @@ void AddTables(const PreviewResult& result, PreviewPage& page) {
     return Millimetres(eye.position.x()) + ", " + Millimetres(eye.position.y());
   };
   page.tables.push_back(TableOfMeans(result));
+  page.tables.push_back(TableOfArtefacts(result));
   if (!result.further.empty()) {
     page.tables.push_back(
         TableOfEyes("Further eyes, simulated against target", "Eye, mm", result.further, position));
@@ -413,6 +460,7 @@ std::string Decibels(const std::optional<double>& value) {
 GridMeans MeansOf(const PreviewResult& result) {
   GridMeans means;
   MeanOfFigures psnr, ssim, to_limited, to_limited_ssim, limited;
+  HaloErrors halo;
   const double n = static_cast<double>(result.grid.size());
   for (const EyeResult& eye : result.grid) {
     const std::optional<double>& decibels = eye.metrics.psnr_seen_db;
@@ -426,9 +474,11 @@ GridMeans MeansOf(const PreviewResult& result) {
       to_limited_ssim.Add(eye.band_limit->simulated.ssim_seen);
       limited.Add(eye.band_limit->target.psnr_seen_db);
     }
+    if (eye.halo) halo += *eye.halo;
     means.known += MeanShare(eye.simulated) / n;
     means.seen += MeanShare(eye.target.picture) / n;
   }
+  means.halo = FiguresOf(halo);
   means.psnr_seen_db = psnr.Value();
   means.ssim_seen = ssim.Value();
   means.to_band_limited_db = to_limited.Value();
@@ -449,12 +499,19 @@ std::string MetricsJson(const PreviewResult& result, const PreviewOptions& optio
   }
   for (const CapturedResult& view : result.captured) captured.push_back(ToJson(view));
   const Eye& eye = result.grid[0].eye;
-  const Json json = {{"format_version", 1},       {"border_px", options.border_px},
-                     {"source", options.source},  {"width_px", eye.width},
-                     {"height_px", eye.height},   {"pixel_mm", eye.pixel_mm},
-                     {"left_mm", eye.left_mm},    {"top_mm", eye.top_mm},
-                     {"mean", MeansJson(result)}, {"eyes", grid},
-                     {"further_eyes", further},   {"focus", focus},
+  const Json json = {{"format_version", 1},
+                     {"border_px", options.border_px},
+                     {"source", options.source},
+                     {"width_px", eye.width},
+                     {"height_px", eye.height},
+                     {"pixel_mm", eye.pixel_mm},
+                     {"left_mm", eye.left_mm},
+                     {"top_mm", eye.top_mm},
+                     {"totals", ToJson(result.totals)},
+                     {"mean", MeansJson(result)},
+                     {"eyes", grid},
+                     {"further_eyes", further},
+                     {"focus", focus},
                      {"captured_views", captured}};
   // Names of files need not be UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "distribute/analyze.h"
 #include "lightfield/view.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/preview_measure.h"
@@ -19,9 +20,10 @@ struct EyeResult {
   Eye eye;
   std::optional<Pupil> pupil = {};  // none: a pinhole
   PreviewPicture simulated;
-  EyeTarget target;  // band_limited is gone once it is compared
+  EyeTarget target;  // of which the picture alone is left once it is compared
   PreviewMetrics metrics;
   std::optional<BandLimitMetrics> band_limit = {};  // nothing where the display has no BandLimit
+  std::optional<HaloErrors> halo = {};
 };
 
 struct CapturedResult {
@@ -31,10 +33,18 @@ struct CapturedResult {
   PreviewMetrics simulated_to_captured, direct_to_captured, simulated_to_direct;
 };
 
+// Between the grid's middle eye and one a step to its right, which is not among the eyes.
+struct AliasingResult {
+  double step_mm = 0;
+  std::optional<double> db = {};  // AngularAliasing()
+};
+
 struct PreviewResult {
   std::vector<EyeResult> grid, further;  // the grid row by row, the highest first
   std::vector<EyeResult> focus;          // in the middle, focused on planes from back to front
   std::vector<CapturedResult> captured;
+  AliasingResult aliasing = {};
+  DisplayTotals totals = {};
 };
 
 // What eyes beyond the display's clean eye box see: "light of neighbouring windows".
@@ -50,6 +60,7 @@ struct GridMeans {
   std::optional<double> psnr_seen_db, worst_psnr_seen_db, ssim_seen;
   // Against the band-limited target: of what the eyes see, and of the target.
   std::optional<double> to_band_limited_db, to_band_limited_ssim, band_limited_to_target_db;
+  std::optional<HaloFigures> halo;  // of the sums over all eyes
   double known = 0, seen = 0;
 };
 GridMeans MeansOf(const PreviewResult& result);

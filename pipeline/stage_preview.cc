@@ -13,13 +13,17 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "distribute/analyze.h"
+#include "distribute/angular_aliasing.h"
 #include "distribute/band_limit.h"
+#include "distribute/halo.h"
 #include "distribute/place.h"
 #include "lightfield/atomic_file.h"
 #include "lightfield/calibrated_map.h"
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "pipeline/calibrated_eyes.h"
 #include "pipeline/capture_source.h"
 #include "pipeline/depth_record.h"
 #include "pipeline/layers_record.h"
@@ -32,6 +36,7 @@
 #include "pipeline/preview_report.h"
 #include "pipeline/report/preview_page.h"
 #include "pipeline/stages.h"
+#include "pipeline/varifocal_frames.h"
 
 namespace lamella {
 namespace {
@@ -68,6 +73,36 @@ void AddFocus(const Display& display, const Eye& central, const PreviewOptions& 
   }
 }
 
+PreviewResult EyesOf(const Display& display, const Eye& central, const PreviewOptions& options) {
+  PreviewResult result;
+  AddEyes(
+      EyeGrid(options), central,
+      [&](int i) {
+        return fmt::format("{:02}_{:02}", i / options.positions, i % options.positions);
+      },
+      result.grid);
+  AddEyes(
+      ParseEyes(options.eyes), central, [](int i) { return fmt::format("further_{:02}", i); },
+      result.further);
+  AddFocus(display, central, options, result.focus);
+  return result;
+}
+
+// The captured views that stand at the eyes.
+std::vector<DirectView> DirectViews(const ViewSet& set, const LayersRecord& record,
+                                    const PreviewResult& result) {
+  std::vector<Eigen::Vector2d> positions;
+  for (const std::vector<EyeResult>* eyes : {&result.grid, &result.further}) {
+    for (const EyeResult& eye : *eyes) positions.emplace_back(eye.eye.position.head<2>());
+  }
+  std::vector<DirectView> direct;
+  for (CapturedEye& eye : CapturedEyes(set.views, record.placement, record.display, positions,
+                                       result.grid[0].eye.pixel_mm)) {
+    direct.push_back({eye, {}, {}});
+  }
+  return direct;
+}
+
 // As calibrated, where it is.
 Display DisplayOf(const LayersRecord& record) {
   return record.calibration ? AsCalibrated(record.display, *record.calibration) : record.display;
@@ -82,19 +117,36 @@ std::vector<EyeResult*> AllEyes(PreviewResult& result) {
   return all;
 }
 
+// Index of the grid's middle eye.
+std::size_t GridMiddle(int positions) {
+  const std::size_t n = static_cast<std::size_t>(positions), row = n / 2;
+  return row * n + row;
+}
+
+// The grid's middle eye a step to the right, for angular aliasing.
+EyeResult BesideMiddle(const EyeResult& middle, double step_mm) {
+  EyeResult beside;
+  beside.eye = middle.eye;
+  beside.eye.position.x() += step_mm;
+  return beside;
+}
+
 // Pictures and metrics of all eyes. Targets come first, so that the capture and the emitter images
-// are never in memory together.
-void RenderTargets(const RaySource& placed, double mm_per_view_px, const BandLimit* limit,
-                   PreviewResult& result, std::vector<DirectView>& direct, Progress& progress) {
-  const std::vector<EyeResult*> eyes = AllEyes(result);
+// are never in memory together. The middle eye and the one beside it keep theirs as light.
+void RenderTargets(const RaySource& placed, double mm_per_view_px, TargetParts parts,
+                   const EyeResult& middle, EyeResult& beside_middle, PreviewResult& result,
+                   std::vector<DirectView>& direct, Progress& progress) {
+  std::vector<EyeResult*> eyes = AllEyes(result);
+  eyes.push_back(&beside_middle);
   progress.Start("preview: targets", static_cast<std::int64_t>(eyes.size() + direct.size()),
                  "eyes");
   for (EyeResult* eye : eyes) {
-    eye->target = RenderTarget(placed, eye->eye, eye->pupil, mm_per_view_px, limit);
+    parts.keeps_light = eye == &middle || eye == &beside_middle;
+    eye->target = RenderTarget(placed, eye->eye, eye->pupil, mm_per_view_px, parts);
     progress.Advance();
   }
   for (DirectView& view : direct) {
-    view.direct = RenderTarget(placed, view.at.eye, {}, mm_per_view_px, nullptr).picture;
+    view.direct = RenderTarget(placed, view.at.eye, {}, mm_per_view_px, {}).picture;
     progress.Advance();
   }
 }
@@ -126,39 +178,61 @@ void TakePhotograph(std::size_t view, ImageSpan<const Rgb> photograph, bool is_r
   }
 }
 
-using SimulateAt = std::function<PreviewPicture(const Eye&, const std::optional<Pupil>&)>;
+using SimulateAt = std::function<EyePicture(const Eye&, const std::optional<Pupil>&)>;
 
 // What an eye sees of the display: as designed, or as calibrated.
 SimulateAt SimulatorOf(const LayersRecord& record, const LayerImages& layers) {
   if (!record.calibration) {
     return [&](const Eye& eye, const std::optional<Pupil>& pupil) {
-      return RenderSimulated(layers, record.display, eye, pupil);
+      return pupil ? SimulateEye(layers, record.display, eye, *pupil)
+                   : SimulateEye(layers, record.display, eye);
     };
   }
   const auto eyes = std::make_shared<CalibratedEyes>(record, layers);
-  return [eyes](const Eye& eye, const std::optional<Pupil>& pupil) {
-    return RenderSimulated(*eyes, eye, pupil);
-  };
+  return
+      [eyes](const Eye& eye, const std::optional<Pupil>& pupil) { return eyes->See(eye, pupil); };
+}
+
+void MeasureEye(const EyePicture& seen, int border_px, EyeResult& eye) {
+  eye.simulated = PictureOf(seen);
+  eye.metrics = Compare(eye.simulated, eye.target.picture, border_px);
+  if (!eye.target.band_limited.empty()) {
+    eye.band_limit = CompareToBandLimited(eye.simulated, eye.target, border_px);
+  }
+  eye.halo = MeasureHalo(eye.simulated, eye.target, border_px);
+  eye.target.band_limited = {};
+  eye.target.rims = {};
+}
+
+// Takes the light of both eyes' targets.
+AliasingResult MeasureAliasing(const SimulateAt& simulated_at, const EyePicture& seen,
+                               EyeResult& middle, EyeResult& beside, int border_px) {
+  SeenAgainstTarget a = std::move(middle.target.light).value();
+  SeenAgainstTarget b = std::move(beside.target.light).value();
+  middle.target.light.reset();
+  AddSeen(seen, a);
+  AddSeen(simulated_at(b.eye, {}), b);
+  return {b.eye.position.x() - a.eye.position.x(), AngularAliasing(a, b, border_px)};
 }
 
 void Simulate(const SimulateAt& simulated_at, const PreviewOptions& options, PreviewResult& result,
-              std::vector<DirectView> direct, const ViewSet& set, Progress& progress) {
+              EyeResult& beside_middle, std::vector<DirectView> direct, const ViewSet& set,
+              Progress& progress) {
   const std::vector<EyeResult*> eyes = AllEyes(result);
   progress.Start("preview: simulated eyes", static_cast<std::int64_t>(eyes.size() + direct.size()),
                  "eyes");
   for (EyeResult* eye : eyes) {
-    eye->simulated = simulated_at(eye->eye, eye->pupil);
-    eye->metrics = Compare(eye->simulated, eye->target.picture, options.border_px);
-    if (!eye->target.band_limited.empty()) {
-      eye->band_limit = CompareToBandLimited(eye->simulated, eye->target, options.border_px);
-      eye->target.band_limited = {};
+    const EyePicture seen = simulated_at(eye->eye, eye->pupil);
+    MeasureEye(seen, options.border_px, *eye);
+    if (eye->target.light) {
+      result.aliasing = MeasureAliasing(simulated_at, seen, *eye, beside_middle, options.border_px);
     }
     progress.Advance();
   }
   for (DirectView& view : direct) {
     CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name,
                             view.at.eye,
-                            simulated_at(view.at.eye, {}),
+                            PictureOf(simulated_at(view.at.eye, {})),
                             std::move(view.direct),
                             {},
                             {},
@@ -169,6 +243,14 @@ void Simulate(const SimulateAt& simulated_at, const PreviewOptions& options, Pre
     result.captured.push_back(std::move(captured));
     progress.Advance();
   }
+}
+
+// Of one-bit planes, where the eyes see such.
+std::optional<int> StrokesOf(const Workspace& workspace, const Display& display,
+                             const PanelImages& shown) {
+  if (!shown.grey) return std::nullopt;
+  const auto strokes = LoadStrokeFrames(workspace.Stage("frames"), display);
+  return static_cast<int>(strokes.value().files.size());
 }
 
 void WriteViews(const std::filesystem::path& folder, PreviewResult& result) {
@@ -201,8 +283,7 @@ void WriteViews(const std::filesystem::path& folder, PreviewResult& result) {
 void WriteOverview(const Workspace& workspace, const std::filesystem::path& path, const View& view,
                    const LayersRecord& record, const LayerImages& layers,
                    const PreviewResult& result, int positions) {
-  const std::size_t n = static_cast<std::size_t>(positions), row = n / 2;
-  const EyeResult& middle = result.grid[row * n + row];
+  const EyeResult& middle = result.grid[GridMiddle(positions)];
   const Image<Rgb8> overview =
       Overview(workspace.photographs().Linear(view.image).span(),
                LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")), layers,
@@ -271,6 +352,17 @@ StageReport ReportOf(const LayersRecord& record, const PreviewResult& result,
         "against what the layers' beams can carry",
         fmt::format("{:.2f} dB; that against direct rendering {} dB", *means.to_band_limited_db,
                     Decibels(means.band_limited_to_target_db)));
+  }
+  if (means.halo && means.halo->behind) {
+    report.summary.emplace_back(
+        "halos beside what stands before another layer's",
+        fmt::format("{:+.1f} % of the light there, {:.0f} % of the squared error on {:.0f} % of "
+                    "the pixels",
+                    100 * *means.halo->behind, 100 * means.halo->share_of_squared_error,
+                    100 * means.halo->share_of_pixels));
+  }
+  if (result.aliasing.db && std::isfinite(*result.aliasing.db)) {
+    report.summary.emplace_back("angular aliasing", Decibels(result.aliasing.db) + " dB");
   }
   if (const std::string panels = PanelsInWords(record.display, record.calibration.has_value());
       !panels.empty()) {
@@ -346,24 +438,10 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   const ViewSet set = LoadViewSet(workspace);
   const View& reference = ReferenceView(set.views, record.placement.reference_view);
   const Eye central = CentralEye(record.display, record.placement, reference, options);
-  PreviewResult result;
-  std::vector<Eigen::Vector2d> positions = EyeGrid(options);
-  const std::vector<Eigen::Vector2d> further = ParseEyes(options.eyes);
-  AddEyes(
-      positions, central,
-      [&](int i) {
-        return fmt::format("{:02}_{:02}", i / options.positions, i % options.positions);
-      },
-      result.grid);
-  AddEyes(
-      further, central, [](int i) { return fmt::format("further_{:02}", i); }, result.further);
-  AddFocus(record.display, central, options, result.focus);
-  positions.insert(positions.end(), further.begin(), further.end());
-  std::vector<DirectView> direct;
-  for (CapturedEye& eye :
-       CapturedEyes(set.views, record.placement, record.display, positions, central.pixel_mm)) {
-    direct.push_back({eye, {}, {}});
-  }
+  PreviewResult result = EyesOf(record.display, central, options);
+  const EyeResult& middle = result.grid[GridMiddle(options.positions)];
+  EyeResult beside_middle = BesideMiddle(middle, AliasingStepMm(DisplayOf(record)));
+  std::vector<DirectView> direct = DirectViews(set, record, result);
   const std::vector<std::size_t> on_page = ViewsOnPage(set, record.placement.reference_view);
   const auto reference_index = static_cast<std::size_t>(&reference - set.views.data());
   std::vector<Image<Rgb8>> photographs(on_page.size());
@@ -375,15 +453,19 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
         });
     const std::unique_ptr<RaySource> placed = Placed(*source, record.placement);
     const std::optional<BandLimit> limit = BandLimitOf(DisplayOf(record));
-    RenderTargets(*placed, record.placement.mm_per_view_px, limit ? &*limit : nullptr, result,
-                  direct, progress);
+    const std::optional<ShadowBlur> shadows = ShadowBlurOf(DisplayOf(record));
+    RenderTargets(*placed, record.placement.mm_per_view_px,
+                  {limit ? &*limit : nullptr, shadows ? &*shadows : nullptr}, middle, beside_middle,
+                  result, direct, progress);
   }
   const PanelImages shown = options.source == "frames"
                                 ? LoadPanelImages(workspace, record)
                                 : PanelImages{LoadLayerImages(workspace, record), false};
   const LayerImages& layers = shown.layers;
   if (shown.grey) LoseColors(result, direct);
-  Simulate(SimulatorOf(record, layers), options, result, std::move(direct), set, progress);
+  result.totals = TotalsOf(record.display, StrokesOf(workspace, record.display, shown));
+  Simulate(SimulatorOf(record, layers), options, result, beside_middle, std::move(direct), set,
+           progress);
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
   StageReport report = ReportOf(record, result, options);
   PreviewPage page;

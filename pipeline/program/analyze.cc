@@ -16,6 +16,7 @@
 #include "pipeline/analysis_record.h"
 #include "pipeline/analysis_table.h"
 #include "pipeline/program/command_line.h"
+#include "pipeline/stages.h"
 
 namespace lamella {
 namespace {
@@ -30,7 +31,8 @@ ExitCode RunAnalyze(const AnalyzeArguments& arguments, Progress& progress) {
   const DepthInterval depths = arguments.scene.empty()
                                    ? DepthsWorthALook(display)
                                    : DepthsFor(display, SceneDepths(Workspace(arguments.scene)));
-  const Analysis analysis = Analyze(display, depths);
+  const Analysis analysis = Analyze(
+      display, depths, display.varifocal ? std::optional(FramesOptions().strokes) : std::nullopt);
   std::optional<SceneAnalysis> scene;
   if (!arguments.scene.empty()) {
     scene = AnalyzeWorkspace(Workspace(arguments.scene), display, analysis);

@@ -49,6 +49,18 @@ Display EqualRange(int layers) {
   return display;
 }
 
+TEST(Analyze, CountsRaysBitsAndLight) {
+  const DisplayTotals two = TotalsOf(Preset("paper-two-layer"), std::nullopt);
+  EXPECT_EQ(two.rays, 2.0 * 1920 * 1080 * 9);
+  EXPECT_EQ(two.bits, 2.0 * 1920 * 1080 * 24 * 9);
+  EXPECT_NEAR(two.light_efficiency, 1.0 / 18, 1e-12);
+  // Its projector shows 24 planes as the bits of one RGB frame a stroke.
+  const DisplayTotals varifocal = TotalsOf(Preset("paper-varifocal"), 16);
+  EXPECT_EQ(varifocal.bits, 1024.0 * 768 * 24 * 16);
+  EXPECT_NEAR(varifocal.light_efficiency, 1.0 / 24, 1e-12);
+  EXPECT_EQ(Analyze(Preset("paper-varifocal"), {-100, 100}, 16).totals.bits, varifocal.bits);
+}
+
 TEST(Analyze, HasTheNumbersOfTheReferenceForThePapersTwoLayers) {
   const Analysis analysis = Of(Preset("paper-two-layer"));
   ASSERT_EQ(analysis.layers.size(), 2U);
@@ -85,12 +97,12 @@ TEST(Analyze, CutoffIsThatOfTheVectors) {
 }
 
 TEST(Analyze, RaysFollowThePapersLaw) {
-  const double rays_of_one = Of(EqualRange(1)).rays;
+  const double rays_of_one = Of(EqualRange(1)).totals.rays;
   for (const int layers : {1, 2, 3, 6}) {
     const Analysis analysis = Of(EqualRange(layers));
     ASSERT_TRUE(analysis.rays_to_one_layer);
     EXPECT_NEAR(*analysis.rays_to_one_layer, 1.0 / layers, 1e-9);
-    EXPECT_NEAR(analysis.rays / rays_of_one, 1.0 / layers, 1e-9);  // counted
+    EXPECT_NEAR(analysis.totals.rays / rays_of_one, 1.0 / layers, 1e-9);  // counted
     EXPECT_NEAR(analysis.sharp[0].from_mm, -30, 1e-9);
     EXPECT_NEAR(analysis.sharp[0].to_mm, 30, 1e-9);
     EXPECT_NEAR(analysis.layers[0].lattice_pitch_mm, 6 * 0.3113158871666749, 1e-9);

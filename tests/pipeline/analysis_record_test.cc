@@ -42,6 +42,8 @@ TEST(AnalysisJson, HasTheFieldsOfItsDescription) {
   json.CheckFormatVersion(1);
   EXPECT_EQ(json.Text("display"), "paper-two-layer");
   EXPECT_EQ(json.Number("rays"), 2.0 * 1920 * 1080 * 9);
+  EXPECT_EQ(json.Number("bits"), 2.0 * 1920 * 1080 * 24 * 9);
+  EXPECT_NEAR(json.Number("light_efficiency"), 1.0 / 18, 1e-12);
   const std::vector<JsonObject> layers = json.Objects("layers");
   ASSERT_EQ(layers.size(), 2U);
   EXPECT_NEAR(layers[1].Number("field_of_view_deg"), 21.16065183, 1e-7);

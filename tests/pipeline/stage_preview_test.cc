@@ -165,7 +165,31 @@ class StagePreviewTest : public testing::Test {
     EXPECT_NEAR(json.at("mean").at("to_band_limited").at("psnr_srgb_seen_db"), sum / 9, 1e-3);
     const nlohmann::json tables = PageData().at("metrics").at("tables");
     EXPECT_EQ(tables.at(0).at("rows").size(), 3U);
-    EXPECT_EQ(tables.at(1).at("rows").at(0).size(), 7U);
+    EXPECT_EQ(tables.at(2).at("rows").at(0).size(), 7U);
+  }
+
+  // Of the card in front of the wall, whose layers are 20 mm apart.
+  static void ExpectHalosAroundTheCard() {
+    const nlohmann::json json = Metrics();
+    for (const auto& eye : json.at("eyes")) {
+      const auto& halo = eye.at("halo");
+      // 4.4 mm to both sides of an outline of a fifth of the panel's width and more.
+      EXPECT_GT(halo.at("share_of_pixels"), 0.03) << eye;
+      EXPECT_LT(halo.at("share_of_pixels"), 0.5) << eye;
+      EXPECT_GT(halo.at("share_of_squared_error"), 2 * halo.at("share_of_pixels").get<double>());
+      // The wall is the brighter one: its light is missing outside and leaks onto the card.
+      EXPECT_LT(halo.at("relative_error_behind"), 0) << eye;
+      EXPECT_GT(halo.at("relative_error_before"), 0) << eye;
+    }
+    const nlohmann::json& mean = json.at("mean");
+    EXPECT_LT(mean.at("halo").at("relative_error_behind"), 0);
+    EXPECT_NEAR(mean.at("angular_aliasing").at("step_mm"), 9.18, 0.01);
+    EXPECT_LT(mean.at("angular_aliasing").at("db"), -20);
+    EXPECT_GT(mean.at("angular_aliasing").at("db"), -70);
+    EXPECT_EQ(json.at("totals").at("rays"), 2 * kPanel * kPanel * 9);
+    EXPECT_EQ(json.at("totals").at("bits"), 2 * kPanel * kPanel * 9 * 24);
+    EXPECT_NEAR(json.at("totals").at("light_efficiency"), 1.0 / 18, 1e-9);
+    EXPECT_EQ(PageData().at("metrics").at("tables").at(1).at("rows").size(), 4U);
   }
 
   static void ExpectCapturedViewsCompared() {
@@ -332,6 +356,7 @@ fs::path StagePreviewTest::root_;
 TEST_F(StagePreviewTest, ShowsTheSceneAndTellsHowFarItIsFromTheCapture) {
   ExpectTheSceneAtEveryEye();
   ExpectTheBandLimitToExplainPartOfTheError();
+  ExpectHalosAroundTheCard();
   ExpectCapturedViewsCompared();
   ExpectWhatThePanelsFilesShow();
   ExpectTheNearCardToMoveAgainstTheEye();
