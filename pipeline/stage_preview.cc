@@ -24,9 +24,9 @@
 #include "pipeline/depth_record.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/overview.h"
-#include "pipeline/panel_images.h"
 #include "pipeline/peak_memory.h"
 #include "pipeline/poses_record.h"
+#include "pipeline/preview_emitters.h"
 #include "pipeline/preview_eyes.h"
 #include "pipeline/preview_measure.h"
 #include "pipeline/preview_report.h"
@@ -126,28 +126,21 @@ void TakePhotograph(std::size_t view, ImageSpan<const Rgb> photograph, bool is_r
   }
 }
 
-using SimulateAt = std::function<PreviewPicture(const Eye&, const std::optional<Pupil>&)>;
-
-// What an eye sees of the display: as designed, or as calibrated.
-SimulateAt SimulatorOf(const LayersRecord& record, const LayerImages& layers) {
-  if (!record.calibration) {
-    return [&](const Eye& eye, const std::optional<Pupil>& pupil) {
-      return RenderSimulated(layers, record.display, eye, pupil);
-    };
-  }
-  const auto eyes = std::make_shared<CalibratedEyes>(record, layers);
-  return [eyes](const Eye& eye, const std::optional<Pupil>& pupil) {
-    return RenderSimulated(*eyes, eye, pupil);
-  };
+std::vector<Viewer> ViewersOf(PreviewResult& result, const std::vector<DirectView>& direct) {
+  std::vector<Viewer> viewers;
+  for (const EyeResult* eye : AllEyes(result)) viewers.push_back({eye->eye, eye->pupil});
+  for (const DirectView& view : direct) viewers.push_back({view.at.eye, {}});
+  return viewers;
 }
 
-void Simulate(const SimulateAt& simulated_at, const PreviewOptions& options, PreviewResult& result,
-              std::vector<DirectView> direct, const ViewSet& set, Progress& progress) {
-  const std::vector<EyeResult*> eyes = AllEyes(result);
-  progress.Start("preview: simulated eyes", static_cast<std::int64_t>(eyes.size() + direct.size()),
-                 "eyes");
-  for (EyeResult* eye : eyes) {
-    eye->simulated = simulated_at(eye->eye, eye->pupil);
+// `simulated`: the pictures of ViewersOf.
+void Measure(std::vector<PreviewPicture> simulated, const PreviewOptions& options,
+             PreviewResult& result, std::vector<DirectView> direct, const ViewSet& set,
+             Progress& progress) {
+  progress.Start("preview: metrics", std::ssize(simulated), "eyes");
+  auto picture = simulated.begin();
+  for (EyeResult* eye : AllEyes(result)) {
+    eye->simulated = std::move(*picture++);
     eye->metrics = Compare(eye->simulated, eye->target.picture, options.border_px);
     if (!eye->target.band_limited.empty()) {
       eye->band_limit = CompareToBandLimited(eye->simulated, eye->target, options.border_px);
@@ -158,7 +151,7 @@ void Simulate(const SimulateAt& simulated_at, const PreviewOptions& options, Pre
   for (DirectView& view : direct) {
     CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name,
                             view.at.eye,
-                            simulated_at(view.at.eye, {}),
+                            std::move(*picture++),
                             std::move(view.direct),
                             {},
                             {},
@@ -199,13 +192,13 @@ void WriteViews(const std::filesystem::path& folder, PreviewResult& result) {
 }
 
 void WriteOverview(const Workspace& workspace, const std::filesystem::path& path, const View& view,
-                   const LayersRecord& record, const LayerImages& layers,
+                   const LayersRecord& record, const OpenEmitters& emitters,
                    const PreviewResult& result, int positions) {
   const std::size_t n = static_cast<std::size_t>(positions), row = n / 2;
   const EyeResult& middle = result.grid[row * n + row];
   const Image<Rgb8> overview =
       Overview(workspace.photographs().Linear(view.image).span(),
-               LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")), layers,
+               LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")), emitters,
                record.display, middle.eye, middle.simulated.codes.span());
   WriteCodes8(path, overview.span(), kOverviewQuality);
 }
@@ -330,7 +323,14 @@ OptionTable Describe(PreviewOptions& options) {
             &options.source,
             {},
             {},
-            {"frames", "layers"}}}};
+            {"frames", "layers"}},
+           {"memory_gib",
+            "eyes are simulated in strips, so that all fits into this much memory, GiB",
+            &options.memory_gib,
+            0.1,
+            1e4,
+            {},
+            "--memory"}}};
 }
 
 void ApplyQuality(Quality quality, PreviewOptions& options) {
@@ -378,23 +378,25 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
     RenderTargets(*placed, record.placement.mm_per_view_px, limit ? &*limit : nullptr, result,
                   direct, progress);
   }
-  const PanelImages shown = options.source == "frames"
-                                ? LoadPanelImages(workspace, record)
-                                : PanelImages{LoadLayerImages(workspace, record), false};
-  const LayerImages& layers = shown.layers;
-  if (shown.grey) LoseColors(result, direct);
-  Simulate(SimulatorOf(record, layers), options, result, std::move(direct), set, progress);
+  const std::vector<Viewer> viewers = ViewersOf(result, direct);
+  std::vector<std::string> warnings;
+  const PreviewEmitters emitters =
+      PrepareEmitters(workspace, record, options, viewers, warnings, progress);
+  if (emitters.grey) LoseColors(result, direct);
+  Measure(SimulateViewers(emitters, record, viewers, progress), options, result, std::move(direct),
+          set, progress);
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
   StageReport report = ReportOf(record, result, options);
+  report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
   PreviewPage page;
   const std::function<void()> parts[] = {
       [&] { WriteViews(run.folder() / "views", result); },
       [&] {
-        WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, layers, result,
-                      options.positions);
+        WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, emitters.open,
+                      result, options.positions);
       },
       [&] {
-        page = MakePreviewPage(workspace, record, set, layers, photographs, result, options);
+        page = MakePreviewPage(workspace, record, set, emitters.open, photographs, result, options);
       }};
   progress.Start("preview: files", std::ssize(parts) + 1, "parts");
   ParallelForEach(0, std::ssize(parts), [&](std::int64_t i) {
