@@ -15,5 +15,8 @@ Image<Rgb> ResizeArea(ImageSpan<const Rgb> image, int width, int height);
 // `buffer` (image_width long) for that. Called from many threads.
 using RowOf = std::function<const Rgb*(int y, Rgb* buffer)>;
 Image<Rgb> ResizeArea(int image_width, int image_height, const RowOf& row, int width, int height);
+// By one thread, which asks for the rows from the top on and for none but the last one again.
+Image<Rgb> ResizeAreaDownwards(int image_width, int image_height, const RowOf& row, int width,
+                               int height);
 
 }  // namespace lamella

@@ -182,15 +182,10 @@ void CheckStrokes(int strokes, const PlanePacking& packing) {
                    "use an even number");
 }
 
-std::vector<Image<Rgb8>> PackedFrames(const BitPlanes& bits, const Display& display,
-                                      const PlanePacking& packing) {
-  CheckStrokes(static_cast<int>(bits.strokes.size()), packing);
-  std::vector<Image<Rgb8>> frames;
-  for (std::size_t t = 0; t < bits.strokes.size(); ++t) {
-    frames.push_back(PackedFrame(PanelBits(bits.strokes[t], display), bits.planes,
-                                 static_cast<int>(t), packing));
-  }
-  return frames;
+Image<Rgb8> PackedStroke(const BitPlanes& bits, int stroke, const Display& display,
+                         const PlanePacking& packing) {
+  return PackedFrame(PanelBits(bits.strokes.at(static_cast<std::size_t>(stroke)), display),
+                     bits.planes, stroke, packing);
 }
 
 bool NumeralsFit(const Display& display) {

@@ -55,9 +55,9 @@ Image<std::uint32_t> UnpackedFrame(ImageSpan<const Rgb8> frame, int planes, int 
 // Strokes are to be repeated, so there and back takes an even number of them: UsageError otherwise
 // (depth would be mirrored in every other repeat).
 void CheckStrokes(int strokes, const PlanePacking& packing);
-// All strokes' frames, of the panel's size. CheckStrokes holds.
-std::vector<Image<Rgb8>> PackedFrames(const BitPlanes& bits, const Display& display,
-                                      const PlanePacking& packing);
+// A stroke's frame, of the panel's size.
+Image<Rgb8> PackedStroke(const BitPlanes& bits, int stroke, const Display& display,
+                         const PlanePacking& packing);
 
 // For finding out a projector's packing: plane k shows the number k, each at a place of its own, in
 // reading order, through the lit emitters only. Bits by plane of the emitters (for PanelBits).

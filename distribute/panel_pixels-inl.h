@@ -28,12 +28,12 @@ Image<Pixel> PanelFromEmitters(const Display& display, const Layer& layer, int r
   return panel;
 }
 
-// Its inverse: the first pixel of every emitter's bin; `panel` is of the panel's size.
+// Its inverse: the first pixel of every emitter's bin; `panel` is whole rows of bins.
 template <class Pixel>
 Image<Pixel> EmittersFromPanel(const Display& display, const Layer& layer,
                                ImageSpan<const Pixel> panel) {
-  Image<Pixel> emitters(display.emitter_columns(), display.emitter_rows());
   const int binning = display.binning_px;
+  Image<Pixel> emitters(display.emitter_columns(), panel.height / binning);
   for (int y = 0; y < emitters.height(); ++y) {
     for (int x = 0; x < emitters.width(); ++x) {
       const int column = x * binning;

@@ -88,17 +88,31 @@ SeenElement ElementOf(const Display& display, const Layer& layer, const LensletA
   return element;
 }
 
-std::vector<SeenElement> SeenLenslets(const Display& display, int index, const LensletArray& lenses,
-                                      const LayerView& view) {
-  const Layer& layer = display.layers[static_cast<std::size_t>(index)];
-  const LensletMap map(display, index);
+// Rows and columns of lenses that a panel meets, the last ones included.
+struct LensRange {
+  int first_row = 0, last_row = 0, first_column = 0, last_column = 0;
+};
+
+LensRange LensesOf(const Display& display, const LensletArray& lenses) {
   const int rows = static_cast<int>(display.emitter_rows() / lenses.row_pitch_px()) + 2;
   const int columns = static_cast<int>(display.emitter_columns() / lenses.pitch_px) + 2;
   const int first_row = static_cast<int>(std::floor(-lenses.offset_y_px / lenses.row_pitch_px()));
   const int first_column = static_cast<int>(std::floor(-lenses.offset_x_px / lenses.pitch_px));
+  return {first_row - 1, first_row + rows, first_column - 1, first_column + columns};
+}
+
+std::vector<SeenElement> SeenLenslets(const Display& display, int index, const LensletArray& lenses,
+                                      const LayerView& view, int first_row, int end_row) {
+  const Layer& layer = display.layers[static_cast<std::size_t>(index)];
+  const LensletMap map(display, index);
+  const LensRange range = LensesOf(display, lenses);
   std::vector<SeenElement> elements;
-  for (int row = first_row - 1; row <= first_row + rows; ++row) {
-    for (int column = first_column - 1; column <= first_column + columns; ++column) {
+  for (int row = range.first_row; row <= range.last_row; ++row) {
+    // A row's lenses lie alike in y.
+    const auto [top, bottom] =
+        RowsOfCell(CellInPicture(CellOf(lenses, LensOf(lenses, row, range.first_column)), view));
+    if (bottom < first_row || top > end_row) continue;
+    for (int column = range.first_column; column <= range.last_column; ++column) {
       const Lens lens = LensOf(lenses, row, column);
       if (map.Whole(lens)) elements.push_back(ElementOf(display, layer, lenses, lens, view));
     }
@@ -167,12 +181,38 @@ ConvexPolygon CutBetween(const ConvexPolygon& polygon, const AffineForm& form, d
              [&](const PlanePoint& p) { return form.At(p) - high; });
 }
 
-std::vector<SeenElement> SeenElements(const Display& display, int layer, const LayerView& view) {
+std::array<double, 2> RowsOfCell(const ConvexPolygon& polygon) {
+  std::array<double, 2> rows{polygon[0].y, polygon[0].y};
+  for (int i = 1; i < polygon.size; ++i) {
+    rows[0] = std::min(rows[0], polygon[i].y);
+    rows[1] = std::max(rows[1], polygon[i].y);
+  }
+  return rows;
+}
+
+std::vector<SeenElement> SeenElements(const Display& display, int layer, const LayerView& view,
+                                      int first_row, int end_row) {
   const Optics& optics = display.layers.at(static_cast<std::size_t>(layer)).optics;
   if (const Lenticular* lenses = std::get_if<Lenticular>(&optics)) {
     return SeenStrips(display, layer, *lenses, view);
   }
-  return SeenLenslets(display, layer, std::get<LensletArray>(optics), view);
+  return SeenLenslets(display, layer, std::get<LensletArray>(optics), view, first_row, end_row);
+}
+
+std::vector<SeenElement> ElementOfEveryRow(const Display& display, int layer,
+                                           const LayerView& view) {
+  const Layer& of = display.layers.at(static_cast<std::size_t>(layer));
+  if (const Lenticular* lenses = std::get_if<Lenticular>(&of.optics)) {
+    return SeenStrips(display, layer, *lenses, view);
+  }
+  const LensletArray& lenses = std::get<LensletArray>(of.optics);
+  const LensRange range = LensesOf(display, lenses);
+  std::vector<SeenElement> elements;
+  for (int row = range.first_row; row <= range.last_row; ++row) {
+    const Lens lens = LensOf(lenses, row, range.first_column);
+    elements.push_back(ElementOf(display, of, lenses, lens, view));
+  }
+  return elements;
 }
 
 }  // namespace lamella

@@ -33,6 +33,9 @@ struct AffineForm {
 ConvexPolygon CutBetween(const ConvexPolygon& polygon, const AffineForm& form, double low,
                          double high);
 
+// Where a polygon begins and ends in y.
+std::array<double, 2> RowsOfCell(const ConvexPolygon& polygon);
+
 // An element in coordinates of the eye's picture, px right and down.
 struct SeenElement {
   ConvexPolygon cell;
@@ -48,7 +51,13 @@ struct LayerView {
   AffineForm slope_x, slope_y;  // dx/dz of picture x, dy/dz (y up) of picture y
 };
 
-// All elements that lie on the panel whole; a lenticular sheet's are cut to the panel.
-std::vector<SeenElement> SeenElements(const Display& display, int layer, const LayerView& view);
+// The elements that lie on the panel whole and reach into the picture's rows [first_row, end_row);
+// a lenticular sheet's are cut to the panel, and all of them.
+std::vector<SeenElement> SeenElements(const Display& display, int layer, const LayerView& view,
+                                      int first_row, int end_row);
+// One element of every row of lenses, of the panel or just beside it: which rows of emitters are
+// seen does not depend on its column. All of a lenticular sheet's.
+std::vector<SeenElement> ElementOfEveryRow(const Display& display, int layer,
+                                           const LayerView& view);
 
 }  // namespace lamella

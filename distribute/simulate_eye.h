@@ -7,11 +7,13 @@
 // pixels. Not included: reflections, diffraction.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "distribute/distribute.h"
+#include "distribute/emitter_strip.h"
 #include "lightfield/display.h"
 #include "lightfield/image.h"
 #include "lightfield/ray_source.h"
@@ -45,21 +47,28 @@ struct EyePicture {
   Image<float> coverage;
 };
 
-// Every line of sight of every pixel, followed through all layers and slots: integrated exactly
-// over the parts of a pixel in which lines meet the same element and emitter. `layers` has the
-// display's layers and slots (InputError where it has not, UsageError where the eye is inside the
-// display). The result does not depend on the number of threads.
-EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye);
-
 // The entrance pupil of an eye or camera, a disc around the eye's position.
 struct Pupil {
   double diameter_mm = 4;
   int samples = 48;  // in a sunflower's spiral (Vogel 1979)
 };
-// Focused on the picture's plane, eye.plane_mm: the mean of what pinholes in the pupil see of it.
-EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
-                       const Pupil& pupil);
 std::vector<Eye> PupilSamples(const Eye& eye, const Pupil& pupil);
+
+// Every line of sight of every pixel, followed through all layers and slots: integrated exactly
+// over the parts of a pixel in which lines meet the same element and emitter. `layers` has the
+// display's layers and slots (InputError where it has not, UsageError where the eye is inside the
+// display). With a pupil the eye is focused on the picture's plane, eye.plane_mm: the mean of what
+// pinholes in the pupil see of it. The result does not depend on the number of threads.
+EyePicture SimulateEye(const LayerImages& layers, const Display& display, const Eye& eye,
+                       const std::optional<Pupil>& pupil = std::nullopt);
+
+// The picture's rows `rows` of the same, from the emitters that they show. CheckEye holds.
+EyePicture SimulateRows(const EmitterStrip& strip, const Display& display, const Eye& eye,
+                        const std::optional<Pupil>& pupil, const RowRange& rows);
+// All emitters; InputError where they are not the display's. Refers to them.
+EmitterStrip WholeStrip(const LayerImages& layers, const Display& display);
+// UsageError where the eye is not in front of all layers.
+void CheckEye(const Display& display, const Eye& eye);
 
 // How far the eye may move sideways on either axis before a line of sight meets a neighbour's
 // window, of the most restrictive layer (CleanEyeBoxOf of distribute/analyze.h).

@@ -548,6 +548,31 @@ std::vector<Channel> ExrRowsReader::Read(int first_row, int end_row) {
   return channels;
 }
 
+struct CodeRowsReader::State {
+  fs::path path;
+  std::unique_ptr<OIIO::ImageInput> in;
+};
+
+CodeRowsReader::CodeRowsReader(const fs::path& path) : state_(new State{path, Open(path)}) {}
+CodeRowsReader::~CodeRowsReader() = default;
+CodeRowsReader::CodeRowsReader(CodeRowsReader&&) noexcept = default;
+
+int CodeRowsReader::width() const { return state_->in->spec().width; }
+int CodeRowsReader::height() const { return state_->in->spec().height; }
+
+Image<Rgb8> CodeRowsReader::Read(int first_row, int end_row) {
+  Image<Rgb8> codes(width(), end_row - first_row);
+  const int channels = state_->in->spec().nchannels < 3 ? 1 : 3;
+  if (!state_->in->read_scanlines(0, 0, first_row, end_row, 0, 0, channels, OIIO::TypeDesc::UINT8,
+                                  codes.data(), sizeof(Rgb8))) {
+    throw Unreadable(state_->path, state_->in->geterror());
+  }
+  for (std::size_t i = 0; channels == 1 && i < codes.size(); ++i) {
+    codes.data()[i].g = codes.data()[i].b = codes.data()[i].r;
+  }
+  return codes;
+}
+
 std::vector<Channel> ReadExr(const fs::path& path) {
   const OIIO::ImageBuf buffer = ReadPixels(path, OIIO::TypeDesc::FLOAT);
   std::vector<Channel> channels;

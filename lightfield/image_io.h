@@ -118,6 +118,22 @@ class ExrRowsReader {
   std::unique_ptr<State> state_;
 };
 
+// 8-bit sRGB codes of a file's rows, grey repeated to three channels; InputError where it can't be
+// read. A PNG is decoded from the top: quickly where rows rise.
+class CodeRowsReader {
+ public:
+  explicit CodeRowsReader(const std::filesystem::path& path);
+  ~CodeRowsReader();
+  CodeRowsReader(CodeRowsReader&&) noexcept;
+  int width() const;
+  int height() const;
+  Image<Rgb8> Read(int first_row, int end_row);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
 // A PNG of 8-bit codes that is written from the top, some rows at a time. Close makes it appear.
 class PngRowsWriter {
  public:

@@ -1,7 +1,9 @@
 #include "pipeline/emitter_files.h"
 
+#include <memory>
 #include <utility>
 
+#include "distribute/strips.h"
 #include "pipeline/layers_record.h"
 
 namespace lamella {
@@ -26,13 +28,20 @@ void EmitterFiles::Write(const EmitterRows& rows) {
   file.reset();
 }
 
-double EmitterFiles::Bytes() const {
+double BytesOfOpenFiles(const Display& display) {
   // Without threads of its own (image_io.cc) OpenEXR keeps a block of 32 rows, of four half floats
   // a pixel, and what its compressor needs: the same twice and a table.
-  constexpr double kBlockRows = 32, kPixelBytes = 8, kCopies = 3, kTableBytes = 1 << 17;
+  constexpr double kPixelBytes = 8, kCopies = 3, kTableBytes = 1 << 17;
   double files = 0;
-  for (const auto& layer : files_) files += static_cast<double>(layer.size());
-  return files * (kCopies * kBlockRows * columns_ * kPixelBytes + kTableBytes);
+  for (const Layer& layer : display.layers) files += SlotsPerAxis(layer) * SlotsPerAxis(layer);
+  return files * (kCopies * kBlockRows * display.emitter_columns() * kPixelBytes + kTableBytes);
+}
+
+OpenEmitters OpenEmitterFiles(const Workspace& workspace, const Display& display) {
+  return [&](int layer, int slot) -> ReadEmitterRows {
+    const auto file = std::make_shared<EmitterReader>(workspace, display, layer, slot);
+    return [file](int first_row, int end_row) { return file->Read(first_row, end_row); };
+  };
 }
 
 }  // namespace lamella

@@ -18,6 +18,7 @@
 #include "lightfield/color.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "pipeline/emitter_rows.h"
 #include "pipeline/json_file.h"
 #include "pipeline/report/picture.h"
 #include "pipeline/slot_frames.h"
@@ -70,27 +71,42 @@ double VarianceOf(ImageSpan<const Rgb> light) {
   return squares / n - sum / n * (sum / n);
 }
 
+// Copies a part of a picture whose rows come from the top on, and may come again.
+void TakeRow(const Rect& part, int y, const Rgb* row, Image<Rgb>& taken) {
+  if (y < part.y || y >= part.y + part.height) return;
+  std::copy_n(row + part.x, part.width, taken.row(y - part.y));
+}
+
 // The part of the emitters with the most contrast, since much of a layer is black; the middle one
 // where there is none.
-Rect VariedPart(const Image<Rgb>& light, int width, int height) {
-  Rect varied{(light.width() - width) / 2, (light.height() - height) / 2, width, height};
-  double most = VarianceOf(light.span().Sub(varied));
-  for (int y = 0; y + height <= light.height(); y += height) {
-    for (int x = 0; x + width <= light.width(); x += width) {
-      const Rect part{x, y, width, height};
-      const double variance = VarianceOf(light.span().Sub(part));
-      if (variance <= most) continue;
-      most = variance;
-      varied = part;
+Rect VariedPart(const Display& display, const RowOf& light, int width, int height) {
+  const int columns = display.emitter_columns(), rows = display.emitter_rows();
+  const Rect middle{(columns - width) / 2, (rows - height) / 2, width, height};
+  Image<Rgb> in_middle(width, height), strip(columns, height);
+  std::vector<std::pair<double, Rect>> parts;
+  for (int y = 0; y < rows; ++y) {
+    const Rgb* row = light(y, nullptr);
+    TakeRow(middle, y, row, in_middle);
+    std::copy_n(row, columns, strip.row(y % height));
+    if (y % height != height - 1) continue;
+    for (int x = 0; x + width <= columns; x += width) {
+      parts.emplace_back(VarianceOf(strip.span().Sub({x, 0, width, height})),
+                         Rect{x, y + 1 - height, width, height});
     }
   }
-  return varied;
+  std::pair<double, Rect> most{VarianceOf(in_middle.span()), middle};
+  for (const auto& part : parts) {
+    if (part.first > most.first) most = part;
+  }
+  return most.second;
 }
 
 // `binning` pixels an emitter and axis; `mirrored`: of a panel that is flipped in x.
-Sizes WithPart(Sizes sizes, const Image<Rgb>& light, int binning, bool mirrored) {
-  const Rect part = VariedPart(light, std::clamp(kPartWidth / binning, 1, light.width()),
-                               std::clamp(kPartHeight / binning, 1, light.height()));
+Sizes WithPart(Sizes sizes, const Display& display, const RowOf& light, int binning,
+               bool mirrored) {
+  const Rect part =
+      VariedPart(display, light, std::clamp(kPartWidth / binning, 1, display.emitter_columns()),
+                 std::clamp(kPartHeight / binning, 1, display.emitter_rows()));
   sizes.part = {part.x * binning, part.y * binning, part.width * binning, part.height * binning};
   if (mirrored) sizes.part.x = sizes.panel_width - sizes.part.x - sizes.part.width;
   return sizes;
@@ -103,15 +119,17 @@ struct PanelView {
   Image<Rgb> whole, part;
 };
 
+// Of rows that are asked for from the top on.
 PanelView ViewOf(const Sizes& sizes, const RowOf& row_of) {
-  PanelView view{ResizeArea(sizes.panel_width, sizes.panel_height, row_of, sizes.whole_width,
-                            sizes.whole_height),
-                 Image<Rgb>(sizes.part.width, sizes.part.height)};
-  std::vector<Rgb> buffer(static_cast<std::size_t>(sizes.panel_width));
-  for (int y = 0; y < sizes.part.height; ++y) {
-    std::copy_n(row_of(sizes.part.y + y, buffer.data()) + sizes.part.x, sizes.part.width,
-                view.part.row(y));
-  }
+  PanelView view{{}, Image<Rgb>(sizes.part.width, sizes.part.height)};
+  view.whole = ResizeAreaDownwards(
+      sizes.panel_width, sizes.panel_height,
+      [&](int y, Rgb* buffer) {
+        const Rgb* row = row_of(y, buffer);
+        TakeRow(sizes.part, y, row, view.part);
+        return row;
+      },
+      sizes.whole_width, sizes.whole_height);
   return view;
 }
 
@@ -239,13 +257,23 @@ PageSlot SlotOfStroke(const Image<std::uint32_t>& bits, int plane, const StrokeF
                      fmt::format("Plane {}, one bit of {}", plane, strokes.files[stroke]))};
 }
 
+// The rows of a panel from those of its emitters.
+RowOf PanelRowsOf(const RowOf& emitters, const Display& display, const Layer& layer) {
+  return [&, emitters](int y, Rgb* buffer) {
+    const Rgb* row = emitters(y / display.binning_px, nullptr);
+    for (int x = 0; x < display.width_px; ++x) {
+      const int column = layer.mirror_x ? display.width_px - 1 - x : x;
+      buffer[x] = row[column / display.binning_px];
+    }
+    return buffer;
+  };
+}
+
 // What the strokes of a plane decode to is their mean.
-PageSlot SlotOfAllStrokes(const Image<Rgb>& mean, const Display& display, const Layer& layer,
+PageSlot SlotOfAllStrokes(const RowOf& mean, const Display& display, const Layer& layer,
                           const StrokeFrames& strokes, const Sizes& sizes) {
-  const Image<Rgb> panel = PanelFromEmitters<Rgb>(display, layer, mean.height(),
-                                                  [&](int x, int y) { return mean(x, y); });
   return {NameOfAll(strokes.files.size()),
-          PicturesOf(ViewOf(sizes, [&](int y, Rgb*) { return panel.row(y); }), sizes.part,
+          PicturesOf(ViewOf(sizes, PanelRowsOf(mean, display, layer)), sizes.part,
                      "Mean of the strokes: the plane's grey")};
 }
 
@@ -289,13 +317,13 @@ std::string NoteOnFiles(const Display& display) {
 }
 
 Sizes SizesOfLayer(const Sizes& sizes, const Display& display, std::size_t layer,
-                   const LayerImages& shown) {
-  return WithPart(sizes, shown.slots[layer][0].color, display.binning_px,
-                  display.layers[layer].mirror_x);
+                   const OpenEmitters& shown) {
+  return WithPart(sizes, display, LightRows(shown, display, static_cast<int>(layer), 0),
+                  display.binning_px, display.layers[layer].mirror_x);
 }
 
 PageSteps StepsOfStrokes(const fs::path& folder, const Display& display,
-                         const StrokeFrames& strokes, const LayerImages& shown) {
+                         const StrokeFrames& strokes, const OpenEmitters& shown) {
   const Sizes sizes =
       SizesFor(display.width_px, display.height_px, display.layers.size(), strokes.files.size());
   PageSteps steps = StepsWith(sizes, display, "stroke", strokes.files.size());
@@ -307,8 +335,8 @@ PageSteps StepsOfStrokes(const fs::path& folder, const Display& display,
     PageStepLayer& layer = steps.layers[plane];
     layer.part = of_plane[plane].part;
     layer.slots.resize(sizes.most_slots + 1);
-    layer.slots[0] = SlotOfAllStrokes(shown.slots[plane][0].color, display, display.layers[plane],
-                                      strokes, of_plane[plane]);
+    layer.slots[0] = SlotOfAllStrokes(LightRows(shown, display, static_cast<int>(i), 0), display,
+                                      display.layers[plane], strokes, of_plane[plane]);
   });
   ParallelForEach(0, static_cast<std::int64_t>(sizes.most_slots), [&](std::int64_t i) {
     const auto stroke = static_cast<std::size_t>(i);
@@ -325,7 +353,7 @@ PageSteps StepsOfStrokes(const fs::path& folder, const Display& display,
 
 }  // namespace
 
-PageSteps StepsOfFrames(const fs::path& folder, const Display& display, const LayerImages& shown) {
+PageSteps StepsOfFrames(const fs::path& folder, const Display& display, const OpenEmitters& shown) {
   if (const std::optional<StrokeFrames> strokes = LoadStrokeFrames(folder, display)) {
     return StepsOfStrokes(folder, display, *strokes, shown);
   }
@@ -351,7 +379,7 @@ PageSteps StepsOfFrames(const fs::path& folder, const Display& display, const La
   return steps;
 }
 
-PageSteps StepsOfLayers(const Display& display, const LayerImages& layers) {
+PageSteps StepsOfLayers(const Display& display, const OpenEmitters& emitters) {
   const std::size_t slots = MostSlots(display);
   const Sizes sizes =
       SizesFor(display.emitter_columns(), display.emitter_rows(), display.layers.size(), slots);
@@ -362,15 +390,14 @@ PageSteps StepsOfLayers(const Display& display, const LayerImages& layers) {
       steps.note;
   ParallelForEach(0, std::ssize(steps.layers), [&](std::int64_t i) {
     const auto layer = static_cast<std::size_t>(i);
-    const std::vector<EmitterImage>& emitters = layers.slots[layer];
-    const Sizes of_layer = WithPart(sizes, emitters[0].color, 1, false);
+    const int index = static_cast<int>(i), k = SlotsPerAxis(display.layers[layer]);
+    const Sizes of_layer =
+        WithPart(sizes, display, LightRows(emitters, display, index, 0), 1, false);
     steps.layers[layer].part = of_layer.part;
-    for (std::size_t slot = 0; slot < std::min(emitters.size(), sizes.most_slots); ++slot) {
-      const PanelView view =
-          ViewOf(of_layer, [&](int y, Rgb*) { return emitters[slot].color.row(y); });
+    for (int slot = 0; slot < std::min(k * k, static_cast<int>(sizes.most_slots)); ++slot) {
+      const PanelView view = ViewOf(of_layer, LightRows(emitters, display, index, slot));
       steps.layers[layer].slots.push_back(
-          {NameOfSlot(static_cast<int>(slot), SlotsPerAxis(display.layers[layer])),
-           PicturesOf(view, of_layer.part, "Light of the emitters")});
+          {NameOfSlot(slot, k), PicturesOf(view, of_layer.part, "Light of the emitters")});
     }
   });
   return steps;

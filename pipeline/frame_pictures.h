@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "distribute/distribute.h"
+#include "distribute/emitter_strip.h"
 #include "lightfield/display.h"
 #include "pipeline/report/preview_page.h"
 
@@ -16,9 +16,9 @@ namespace lamella {
 // frames decode to (pipeline/panel_images.h). They are read a file at a time, by every thread.
 // InputError where one is absent, damaged or not of the panel's size.
 PageSteps StepsOfFrames(const std::filesystem::path& folder, const Display& display,
-                        const LayerImages& shown);
+                        const OpenEmitters& shown);
 
 // Of the emitters' light before it becomes frames.
-PageSteps StepsOfLayers(const Display& display, const LayerImages& layers);
+PageSteps StepsOfLayers(const Display& display, const OpenEmitters& emitters);
 
 }  // namespace lamella

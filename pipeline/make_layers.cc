@@ -18,30 +18,24 @@
 namespace lamella {
 namespace {
 
-constexpr double kGib = 1073741824;
-// Of all memory, what the allocator takes beyond what is asked of it: fragments, large pages.
-constexpr double kAllocatorShare = 0.06;
-// Pages of code that distributing and writing bring in: 25 MiB were seen beyond those of loading.
-constexpr double kCodeToComeGib = 32.0 / 1024;
-
 // Gives the distribution what --memory leaves it; warns, before the long work, where it is too
 // little.
 LayersOptions WithMemoryLeft(const LayersOptions& options, const RaySource& world,
-                             const LayersRecord& record, const EmitterFiles& files,
-                             std::vector<std::string>& warnings, Progress& progress) {
+                             const LayersRecord& record, std::vector<std::string>& warnings,
+                             Progress& progress) {
   const double loading = PeakMemory::OwnMib() / 1024;
-  const double held = ResidentMib() / 1024 + kCodeToComeGib + files.Bytes() / kGib;
+  const MemoryLeft memory = MemoryLeftOf(options.memory_gib, BytesOfOpenFiles(record.display));
   LayersOptions left = options;
-  left.memory_gib = std::max((1 - kAllocatorShare) * options.memory_gib - held, 0.0);
+  left.memory_gib = memory.room;
   const Calibration* calibration = record.calibration ? &*record.calibration : nullptr;
-  const double strip = LeastBytes(world, record.display, options, calibration) / kGib;
-  const double least = std::max(loading, (held + strip) / (1 - kAllocatorShare));
+  const double strip = std::ldexp(LeastBytes(world, record.display, options, calibration), -30);
+  const double least = std::max(loading, LeastBound(memory, strip));
   if (options.memory_gib < least) {
     warnings.push_back(fmt::format(
         "--memory {:g} cannot be held: the views took {:.2f} GiB while they were read, "
         "they and the files take {:.2f} and the lowest strip {:.2f}; --memory {:.2f} is "
         "the least that works",
-        options.memory_gib, loading, held, strip, std::ceil(100 * least) / 100));
+        options.memory_gib, loading, memory.held, strip, std::ceil(100 * least) / 100));
     progress.Warn(warnings.back());
   }
   return left;
@@ -96,7 +90,7 @@ StageReport MakeLayers(std::unique_ptr<const RaySource> world, LayersRecord reco
   }
   const std::unique_ptr<const RaySource> placed = Placed(*world, record.placement);
   const SeenShares seen = Distribute(
-      *placed, record.display, WithMemoryLeft(options, *placed, record, files, warnings, progress),
+      *placed, record.display, WithMemoryLeft(options, *placed, record, warnings, progress),
       picture, [&](const EmitterRows& rows) { files.Write(rows); }, progress,
       record.calibration ? &*record.calibration : nullptr);
   world.reset();

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 #include "depth/resize_area.h"
 #include "lightfield/image_io.h"
+#include "lightfield/parallel.h"
+#include "pipeline/emitter_rows.h"
 #include "pipeline/report/picture.h"
 
 namespace lamella {
@@ -15,13 +19,19 @@ namespace {
 constexpr int kHeight = 270, kGap = 6;  // px
 constexpr int kWidest = 2;              // heights; of a wider picture the middle is shown
 
+// `part` of a picture, of which `row_of` gives whole rows from the top on.
+Image<Rgb> AsPane(const Rect& part, const RowOf& row_of) {
+  const int shown =
+      static_cast<int>(std::min<std::int64_t>(part.width, std::int64_t{kWidest} * part.height));
+  const int left = part.x + (part.width - shown) / 2;
+  const double width = static_cast<double>(shown) * kHeight / part.height;
+  return ResizeAreaDownwards(
+      shown, part.height, [&](int y, Rgb*) { return row_of(part.y + y, nullptr) + left; },
+      std::max(1, static_cast<int>(std::lround(width))), kHeight);
+}
+
 Image<Rgb> AsPane(ImageSpan<const Rgb> picture) {
-  const int shown = static_cast<int>(
-      std::min<std::int64_t>(picture.width, std::int64_t{kWidest} * picture.height));
-  const ImageSpan<const Rgb> middle =
-      picture.Sub({(picture.width - shown) / 2, 0, shown, picture.height});
-  const double width = static_cast<double>(shown) * kHeight / picture.height;
-  return ResizeArea(middle, std::max(1, static_cast<int>(std::lround(width))), kHeight);
+  return AsPane({0, 0, picture.width, picture.height}, [&](int y, Rgb*) { return picture.row(y); });
 }
 
 // The part of a panel that lies behind the eye's picture; all of it where that is none.
@@ -56,17 +66,8 @@ Image<Rgb8> SideBySide(const std::vector<Image<Rgb>>& panes) {
 
 }  // namespace
 
-Image<Rgb> MeanOfSlots(const std::vector<EmitterImage>& slots) {
-  Image<Rgb> mean(slots[0].color.width(), slots[0].color.height());
-  const float weight = 1.0F / static_cast<float>(slots.size());
-  for (const EmitterImage& slot : slots) {
-    for (std::size_t i = 0; i < mean.size(); ++i) mean.data()[i] += weight * slot.color.data()[i];
-  }
-  return mean;
-}
-
 Image<Rgb8> Overview(ImageSpan<const Rgb> photograph, const DepthMap& depth,
-                     const LayerImages& layers, const Display& display, const Eye& eye,
+                     const OpenEmitters& emitters, const Display& display, const Eye& eye,
                      ImageSpan<const Rgb8> seen) {
   std::vector<Image<Rgb>> panes;
   panes.push_back(AsPane(photograph));
@@ -75,11 +76,14 @@ Image<Rgb8> Overview(ImageSpan<const Rgb> photograph, const DepthMap& depth,
   const Rect part = BehindThePicture(display, eye);
   // Of many layers some, evenly spread.
   constexpr std::size_t kMostLayers = 4;
-  const std::size_t n = layers.slots.size(), shown = std::min(n, kMostLayers);
-  for (std::size_t i = 0; i < shown; ++i) {
-    const std::size_t layer = shown == 1 ? 0 : i * (n - 1) / (shown - 1);
-    panes.push_back(AsPane(MeanOfSlots(layers.slots[layer]).span().Sub(part)));
-  }
+  const std::size_t n = display.layers.size(), shown = std::min(n, kMostLayers);
+  std::vector<Image<Rgb>> of_layers(shown);
+  ParallelForEach(0, std::ssize(of_layers), [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    const std::size_t layer = shown == 1 ? 0 : at * (n - 1) / (shown - 1);
+    of_layers[at] = AsPane(part, MeanRows(emitters, display, static_cast<int>(layer)));
+  });
+  std::move(of_layers.begin(), of_layers.end(), std::back_inserter(panes));
   panes.push_back(AsPane(DecodeSrgb8(seen).span()));
   return SideBySide(panes);
 }

@@ -2,10 +2,13 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -13,7 +16,7 @@
 #include "distribute/panel_pixels-inl.h"
 #include "distribute/panel_response.h"
 #include "lightfield/image_io.h"
-#include "lightfield/parallel.h"
+#include "pipeline/emitter_files.h"
 #include "pipeline/json_file.h"
 #include "pipeline/slot_frames.h"
 #include "pipeline/varifocal_frames.h"
@@ -67,62 +70,97 @@ Decode DecoderOf(const LayersRecord& record, int layer, const JsonObject& frames
   };
 }
 
-EmitterImage LoadPanel(const Workspace& workspace, const Display& display, int layer, int slot,
-                       const fs::path& file, const Decode& decode) {
-  EmitterImage emitters = LoadEmitterImage(workspace, display, layer, slot);
-  const Image<Rgb> light = decode(ReadFrame(file, display).span());
-  emitters.color = EmittersFromPanel<Rgb>(display, display.layers[static_cast<std::size_t>(layer)],
-                                          light.span());
-  return emitters;
+// Rows of a panel's frame, with the coverage of the layers' emitters.
+class PanelRows {
+ public:
+  PanelRows(const ReadEmitterRows& emitters, const Display& display, int layer,
+            const fs::path& frame, Decode decode)
+      : emitters_(emitters),
+        display_(display),
+        layer_(display.layers[static_cast<std::size_t>(layer)]),
+        frame_(OpenFrame(frame, display)),
+        decode_(std::move(decode)) {}
+
+  EmitterImage Read(int first_row, int end_row) {
+    const int binning = display_.binning_px;
+    EmitterImage emitters = emitters_(first_row, end_row);
+    const Image<Rgb> light = decode_(frame_.Read(first_row * binning, end_row * binning).span());
+    emitters.color = EmittersFromPanel<Rgb>(display_, layer_, light.span());
+    return emitters;
+  }
+
+ private:
+  const ReadEmitterRows emitters_;
+  const Display& display_;
+  const Layer& layer_;
+  CodeRowsReader frame_;
+  const Decode decode_;
+};
+
+OpenEmitters OpenStrokes(const OpenEmitters& emitters, const fs::path& folder,
+                         const StrokeFrames& frames, const Display& display) {
+  const auto counts = std::make_shared<const std::vector<Image<std::uint16_t>>>(
+      CountStrokes(folder, frames, display));
+  return [=, shares = SharesOfStrokes(frames)](int plane, int slot) -> ReadEmitterRows {
+    return [=, read = emitters(plane, slot)](int first_row, int end_row) {
+      EmitterImage image = read(first_row, end_row);
+      const Image<std::uint16_t>& of_plane = (*counts)[static_cast<std::size_t>(plane)];
+      const std::uint16_t* count = of_plane.row(first_row);
+      for (std::size_t i = 0; i < image.color.size(); ++i) {
+        const float light = shares[count[i]];
+        image.color.data()[i] = {light, light, light};
+      }
+      return image;
+    };
+  };
 }
 
-LayerImages LoadStrokes(const Workspace& workspace, const LayersRecord& record,
-                        const StrokeFrames& frames) {
-  const std::vector<Image<float>> grey =
-      ReadStrokeFrames(workspace.Stage("frames"), frames, record.display);
-  LayerImages images = LoadLayerImages(workspace, record);  // for their coverage
-  for (std::size_t plane = 0; plane < grey.size(); ++plane) {
-    Image<Rgb>& color = images.slots[plane][0].color;
-    for (std::size_t i = 0; i < color.size(); ++i) {
-      const float light = grey[plane].data()[i];
-      color.data()[i] = {light, light, light};
-    }
-  }
-  return images;
-}
+// What frames.json says of a layer's emissive frames, by slot.
+struct LayerFrames {
+  std::vector<fs::path> files;
+  Decode decode;
+};
 
-}  // namespace
-
-PanelImages LoadPanelImages(const Workspace& workspace, const LayersRecord& record) {
-  const fs::path folder = workspace.Stage("frames");
-  const JsonObject json(folder / "frames.json");
-  json.CheckFormatVersion(1);
-  if (const auto strokes = LoadStrokeFrames(folder, record.display)) {
-    return {LoadStrokes(workspace, record, *strokes), true};
-  }
-  LayerImages images;
-  images.seen_share = record.seen_share;
+std::vector<LayerFrames> FramesOf(const fs::path& folder, const LayersRecord& record,
+                                  const JsonObject& json) {
   const std::vector<JsonObject> layers = json.Objects("layers");
   if (layers.size() != record.display.layers.size()) {
     throw json.Wrong("layers", fmt::format("{} layers", record.display.layers.size()));
   }
+  std::vector<LayerFrames> frames(layers.size());
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const int k = SlotsPerAxis(record.display.layers[l]);
-    std::vector<fs::path> files(static_cast<std::size_t>(k * k));
+    frames[l].files.resize(static_cast<std::size_t>(k * k));
     for (const JsonObject& frame : layers[l].Objects("frames")) {
       if (frame.Text("role") != "emitter") continue;
-      files[static_cast<std::size_t>(frame.Whole("slot", 0, k * k - 1))] =
+      frames[l].files[static_cast<std::size_t>(frame.Whole("slot", 0, k * k - 1))] =
           folder / frame.Text("file");
     }
-    images.slots.emplace_back(files.size());
-    const Decode decode = DecoderOf(record, static_cast<int>(l), json);
-    ParallelForEach(0, k * k, [&](std::int64_t s) {
-      const std::size_t slot = static_cast<std::size_t>(s);
-      images.slots[l][slot] = LoadPanel(workspace, record.display, static_cast<int>(l),
-                                        static_cast<int>(s), files[slot], decode);
-    });
+    frames[l].decode = DecoderOf(record, static_cast<int>(l), json);
   }
-  return {std::move(images), false};
+  return frames;
+}
+
+}  // namespace
+
+PanelImages OpenPanelImages(const Workspace& workspace, const LayersRecord& record) {
+  const fs::path folder = workspace.Stage("frames");
+  const JsonObject json(folder / "frames.json");
+  json.CheckFormatVersion(1);
+  const Display& display = record.display;
+  const OpenEmitters emitters = OpenEmitterFiles(workspace, display);
+  if (const auto strokes = LoadStrokeFrames(folder, display)) {
+    return {OpenStrokes(emitters, folder, *strokes, display), true};
+  }
+  const auto open = [emitters, &display, frames = FramesOf(folder, record, json)](
+                        int layer, int slot) -> ReadEmitterRows {
+    const LayerFrames& of_layer = frames[static_cast<std::size_t>(layer)];
+    const auto rows = std::make_shared<PanelRows>(emitters(layer, slot), display, layer,
+                                                  of_layer.files[static_cast<std::size_t>(slot)],
+                                                  of_layer.decode);
+    return [rows](int first_row, int end_row) { return rows->Read(first_row, end_row); };
+  };
+  return {open, false};
 }
 
 }  // namespace lamella

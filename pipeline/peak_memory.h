@@ -15,6 +15,15 @@ class PeakMemory {
   double children_before_mib_;
 };
 
+// What a bound leaves a piece of work beside what this process holds and what will come, its code
+// and `to_come_bytes`. GiB.
+struct MemoryLeft {
+  double held = 0, room = 0;
+};
+MemoryLeft MemoryLeftOf(double bound_gib, double to_come_bytes);
+// The least bound that leaves so much room. GiB.
+double LeastBound(const MemoryLeft& left, double room_gib);
+
 // What this process holds now; memory that was freed is given back before.
 double ResidentMib();
 

@@ -160,13 +160,19 @@ EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optio
   return target;
 }
 
-PreviewPicture PictureOf(const EyePicture& seen) {
-  return {EncodeSrgb8(seen.color.span()), seen.coverage.Clone()};
+void KeepRows(const EyePicture& rows, int first_row, PreviewPicture& picture) {
+  const Image<Rgb8> codes = EncodeSrgb8(rows.color.span());
+  std::copy_n(codes.data(), codes.size(), picture.codes.row(first_row));
+  std::copy_n(rows.coverage.data(), rows.coverage.size(), picture.share.row(first_row));
 }
 
-void AddSeen(const EyePicture& seen, SeenAgainstTarget& light) {
-  light.seen = LuminanceOf(seen.color);
-  light.known = LeastOf(light.known, seen.coverage);
+void AddSeen(const EyePicture& rows, int first_row, SeenAgainstTarget& light) {
+  if (light.seen.empty()) light.seen = Image<float>(light.known.width(), light.known.height());
+  float *seen = light.seen.row(first_row), *known = light.known.row(first_row);
+  for (std::size_t i = 0; i < rows.color.size(); ++i) {
+    seen[i] = Luminance(rows.color.data()[i]);
+    known[i] = std::min(known[i], rows.coverage.data()[i]);
+  }
 }
 
 void LoseColor(Image<Rgb8>& codes) {

@@ -43,9 +43,10 @@ struct TargetParts {
 // A pixel is as far away as the nearest thing in it is.
 EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optional<Pupil>& pupil,
                        double mm_per_view_px, const TargetParts& parts);
-PreviewPicture PictureOf(const EyePicture& seen);
-// What the eye sees, to the kept light of its target.
-void AddSeen(const EyePicture& seen, SeenAgainstTarget& light);
+// Some rows of what an eye sees, from this one on, to its picture.
+void KeepRows(const EyePicture& rows, int first_row, PreviewPicture& picture);
+// The same to the kept light of its target.
+void AddSeen(const EyePicture& rows, int first_row, SeenAgainstTarget& light);
 // Every pixel becomes the grey of its luminance.
 void LoseColor(Image<Rgb8>& codes);
 // A captured view on the raster of its eye.

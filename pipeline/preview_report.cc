@@ -14,8 +14,8 @@
 #include "pipeline/analysis_figure.h"
 #include "pipeline/analysis_record.h"
 #include "pipeline/depth_record.h"
+#include "pipeline/emitter_rows.h"
 #include "pipeline/frame_pictures.h"
-#include "pipeline/overview.h"
 #include "pipeline/report/picture.h"
 
 namespace lamella {
@@ -227,11 +227,15 @@ void AddDepth(const Workspace& workspace, const ViewSet& set, const Placement& p
       "below, where that depth of the reference view lies in the display.";
 }
 
-PageLayer LayerOnPage(const Layer& layer, std::size_t index,
-                      const std::vector<EmitterImage>& slots) {
-  return {fmt::format("Layer {} at {} mm{}", index, Millimetres(layer.position_mm),
-                      layer.mirror_x ? ", its panel seen in a mirror" : ""),
-          DataUri(PageCodes(MeanOfSlots(slots).span(), kSmallWidth).span(), "jpeg", 82)};
+PageLayer LayerOnPage(const Display& display, std::size_t index, const OpenEmitters& emitters) {
+  const Layer& layer = display.layers[index];
+  const RowOf mean = MeanRows(emitters, display, static_cast<int>(index));
+  return {
+      fmt::format("Layer {} at {} mm{}", index, Millimetres(layer.position_mm),
+                  layer.mirror_x ? ", its panel seen in a mirror" : ""),
+      DataUri(
+          PageCodes(display.emitter_columns(), display.emitter_rows(), mean, kSmallWidth).span(),
+          "jpeg", 82)};
 }
 
 // ---- Text ----
@@ -323,17 +327,17 @@ void AddCutoff(const Workspace& workspace, const Display& display, PreviewPage& 
   }
 }
 
-void AddLayers(const Display& display, const LayerImages& layers, PreviewPage& page) {
-  page.layers.resize(layers.slots.size());
+void AddLayers(const Display& display, const OpenEmitters& emitters, PreviewPage& page) {
+  page.layers.resize(display.layers.size());
   ParallelForEach(0, static_cast<std::int64_t>(page.layers.size()), [&](std::int64_t i) {
     const auto l = static_cast<std::size_t>(i);
-    page.layers[l] = LayerOnPage(display.layers[l], l, layers.slots[l]);
+    page.layers[l] = LayerOnPage(display, l, emitters);
   });
 }
 
 // Each fills its own fields of the page.
 void AddPictures(const Workspace& workspace, const LayersRecord& record, const ViewSet& set,
-                 const LayerImages& layers, const std::vector<Image<Rgb8>>& photographs,
+                 const OpenEmitters& emitters, const std::vector<Image<Rgb8>>& photographs,
                  const PreviewResult& result, const PreviewOptions& options, PreviewPage& page) {
   const std::function<void()> parts[] = {
       [&] {
@@ -341,11 +345,11 @@ void AddPictures(const Workspace& workspace, const LayersRecord& record, const V
         AddFocus(result, page);  // as wide as the eyes
       },
       [&] { AddDepth(workspace, set, record.placement, photographs, page); },
-      [&] { AddLayers(record.display, layers, page); },
+      [&] { AddLayers(record.display, emitters, page); },
       [&] {
         page.steps = options.source == "frames"
-                         ? StepsOfFrames(workspace.Stage("frames"), record.display, layers)
-                         : StepsOfLayers(record.display, layers);
+                         ? StepsOfFrames(workspace.Stage("frames"), record.display, emitters)
+                         : StepsOfLayers(record.display, emitters);
       },
       [&] { AddCutoff(workspace, record.display, page); }};
   ParallelForEach(0, std::ssize(parts), [&](std::int64_t i) { parts[i](); });
@@ -537,7 +541,7 @@ Image<Rgb8> PhotographOnPage(ImageSpan<const Rgb> photograph, bool is_reference)
 }
 
 PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& record,
-                            const ViewSet& set, const LayerImages& layers,
+                            const ViewSet& set, const OpenEmitters& emitters,
                             const std::vector<Image<Rgb8>>& photographs,
                             const PreviewResult& result, const PreviewOptions& options) {
   const Display& display = record.display;
@@ -554,7 +558,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   page.distance_mm = record.placement.viewing_distance_mm;
   page.clean_box_mm = CleanEyeBox(display);
   page.beyond_box = BeyondEyeBox(display);
-  AddPictures(workspace, record, set, layers, photographs, result, options, page);
+  AddPictures(workspace, record, set, emitters, photographs, result, options, page);
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "

@@ -75,7 +75,7 @@ Image<Rgb8> PhotographOnPage(ImageSpan<const Rgb> photograph, bool is_reference)
 // The page but for its stages and warnings. `photographs`: of ViewsOnPage, in their order. Its
 // eyes' pictures are made as small as the page's 20 MB ask for.
 PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& record,
-                            const ViewSet& set, const LayerImages& layers,
+                            const ViewSet& set, const OpenEmitters& emitters,
                             const std::vector<Image<Rgb8>>& photographs,
                             const PreviewResult& result, const PreviewOptions& options);
 

@@ -22,8 +22,8 @@ std::vector<const char*> RolesOf(const Layer& layer) {
   return {"emitter"};
 }
 
-Image<Rgb8> ReadFrame(const std::filesystem::path& file, const Display& display) {
-  Image<Rgb8> codes = ReadSrgb8(file);
+CodeRowsReader OpenFrame(const std::filesystem::path& file, const Display& display) {
+  CodeRowsReader codes(file);
   if (codes.width() != display.width_px || codes.height() != display.height_px) {
     throw InputError(file.string(),
                      fmt::format("is {} x {} px, the panel {} x {}", codes.width(), codes.height(),
@@ -31,6 +31,10 @@ Image<Rgb8> ReadFrame(const std::filesystem::path& file, const Display& display)
                      "run `lamella frames` again");
   }
   return codes;
+}
+
+Image<Rgb8> ReadFrame(const std::filesystem::path& file, const Display& display) {
+  return OpenFrame(file, display).Read(0, display.height_px);
 }
 
 int RowsAtOnce(const Display& display) {

@@ -3,14 +3,14 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "distribute/distribute.h"
+#include "distribute/emitter_strip.h"
 #include "distribute/panel_response.h"
 #include "lightfield/display.h"
 #include "lightfield/image.h"
+#include "lightfield/image_io.h"
 
 namespace lamella {
 
@@ -22,9 +22,8 @@ std::vector<const char*> RolesOf(const Layer& layer);
 
 // The codes of a file of W/frames. InputError where it can't be read or is not of the panel's size.
 Image<Rgb8> ReadFrame(const std::filesystem::path& file, const Display& display);
-
-// The rows [first_row, end_row) of a slot's emitters, as wide as the display.
-using ReadEmitterRows = std::function<EmitterImage(int first_row, int end_row)>;
+// The same by rows.
+CodeRowsReader OpenFrame(const std::filesystem::path& file, const Display& display);
 
 // Rows of emitters to hold at once: a quarter of a million panel pixels, some 13 MB with what
 // decoding needs, but at least 32 rows, since an EXR is compressed in blocks of these.

@@ -12,6 +12,7 @@
 #include "lightfield/atomic_file.h"
 #include "lightfield/error.h"
 #include "lightfield/parallel.h"
+#include "pipeline/emitter_files.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/slot_frames.h"
 #include "pipeline/stages.h"
@@ -115,9 +116,10 @@ void CheckOneBit(const Display& display) {
   }
 }
 
-// Of all planes whole, not by rows: kDiffusion hands errors from row to row and kSigmaDelta from
-// plane to plane along sheared rays (distribute/one_bit.h), so every row needs others of all
-// planes; and panels that show some thousand frames a second have about a million pixels.
+// Of all planes' grey and all strokes' bits, not by rows: kDiffusion hands errors from row to row
+// and kSigmaDelta from plane to plane along sheared rays (distribute/one_bit.h), so every row needs
+// others of all planes; and panels that show some thousand frames a second have about a million
+// pixels.
 StageReport RunStrokes(const Workspace& workspace, const LayersRecord& record,
                        const FramesOptions& options, StageRun& run, Progress& progress) {
   const Display& display = record.display;
@@ -130,8 +132,9 @@ StageReport RunStrokes(const Workspace& workspace, const LayersRecord& record,
                              options.there_and_back};
   CheckStrokes(one_bit.strokes, packing);
   std::vector<std::string> numerals;
-  const StrokeFrames frames = WriteStrokeFrames(run.folder(), LoadLayerImages(workspace, record),
-                                                display, one_bit, packing, numerals);
+  const StrokeFrames frames =
+      WriteStrokeFrames(run.folder(), ReadGrey(OpenEmitterFiles(workspace, display), display),
+                        display, one_bit, packing, numerals);
   WriteTextAtomically(run.folder() / "frames.json",
                       ToJson(display, options, frames, numerals).dump(1) + "\n");
   progress.Advance();
@@ -215,13 +218,13 @@ StageReport RunFrames(const Workspace& workspace, const FramesOptions& options, 
     frames += k * k * static_cast<int>(RolesOf(layer).size());
   }
   progress.Start("frames", slots, "slots");
+  const OpenEmitters open = OpenEmitterFiles(workspace, display);
   for (std::size_t l = 0; l < display.layers.size(); ++l) {
     const int layer = static_cast<int>(l), k = SlotsPerAxis(display.layers[l]);
     const PanelResponse response = ResponseOf(options, record, layer);
     ParallelForEach(0, k * k, [&](std::int64_t slot) {
-      EmitterReader emitters(workspace, display, layer, static_cast<int>(slot));
-      WriteSlotFrames([&](int first, int end) { return emitters.Read(first, end); }, display, layer,
-                      static_cast<int>(slot), response, run.folder(), RowsAtOnce(display));
+      WriteSlotFrames(open(layer, static_cast<int>(slot)), display, layer, static_cast<int>(slot),
+                      response, run.folder(), RowsAtOnce(display));
       progress.Advance();
     });
   }

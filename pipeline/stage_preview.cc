@@ -28,9 +28,9 @@
 #include "pipeline/depth_record.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/overview.h"
-#include "pipeline/panel_images.h"
 #include "pipeline/peak_memory.h"
 #include "pipeline/poses_record.h"
+#include "pipeline/preview_emitters.h"
 #include "pipeline/preview_eyes.h"
 #include "pipeline/preview_measure.h"
 #include "pipeline/preview_report.h"
@@ -178,23 +178,42 @@ void TakePhotograph(std::size_t view, ImageSpan<const Rgb> photograph, bool is_r
   }
 }
 
-using SimulateAt = std::function<EyePicture(const Eye&, const std::optional<Pupil>&)>;
-
-// What an eye sees of the display: as designed, or as calibrated.
-SimulateAt SimulatorOf(const LayersRecord& record, const LayerImages& layers) {
-  if (!record.calibration) {
-    return [&](const Eye& eye, const std::optional<Pupil>& pupil) {
-      return pupil ? SimulateEye(layers, record.display, eye, *pupil)
-                   : SimulateEye(layers, record.display, eye);
-    };
-  }
-  const auto eyes = std::make_shared<CalibratedEyes>(record, layers);
-  return
-      [eyes](const Eye& eye, const std::optional<Pupil>& pupil) { return eyes->See(eye, pupil); };
+// The pictures that the display shows: all eyes, the one beside the middle, captured views' eyes.
+std::vector<Viewer> ViewersOf(const std::vector<EyeResult*>& eyes,
+                              const std::vector<DirectView>& direct) {
+  std::vector<Viewer> viewers;
+  for (const EyeResult* eye : eyes) viewers.push_back({eye->eye, eye->pupil});
+  for (const DirectView& view : direct) viewers.push_back({view.at.eye, {}});
+  return viewers;
 }
 
-void MeasureEye(const EyePicture& seen, int border_px, EyeResult& eye) {
-  eye.simulated = PictureOf(seen);
+std::vector<PreviewPicture> Simulate(const PreviewEmitters& emitters, const LayersRecord& record,
+                                     const std::vector<Viewer>& viewers,
+                                     const std::vector<EyeResult*>& eyes, Progress& progress) {
+  std::vector<PreviewPicture> pictures;
+  for (const auto& [eye, pupil] : viewers) {
+    pictures.push_back({Image<Rgb8>(eye.width, eye.height), Image<float>(eye.width, eye.height)});
+  }
+  const TakePictureRows take = [&](std::size_t viewer, int first_row, const EyePicture& rows) {
+    KeepRows(rows, first_row, pictures[viewer]);
+    if (viewer < eyes.size() && eyes[viewer]->target.light) {
+      AddSeen(rows, first_row, *eyes[viewer]->target.light);
+    }
+  };
+  SimulateViewers(emitters, record, viewers, take, progress);
+  return pictures;
+}
+
+// Takes the light of both eyes' targets.
+AliasingResult MeasureAliasing(EyeResult& middle, EyeResult& beside, int border_px) {
+  const SeenAgainstTarget a = std::move(middle.target.light).value();
+  const SeenAgainstTarget b = std::move(beside.target.light).value();
+  middle.target.light.reset();
+  return {b.eye.position.x() - a.eye.position.x(), AngularAliasing(a, b, border_px)};
+}
+
+void MeasureEye(PreviewPicture simulated, int border_px, EyeResult& eye) {
+  eye.simulated = std::move(simulated);
   eye.metrics = Compare(eye.simulated, eye.target.picture, border_px);
   if (!eye.target.band_limited.empty()) {
     eye.band_limit = CompareToBandLimited(eye.simulated, eye.target, border_px);
@@ -204,35 +223,21 @@ void MeasureEye(const EyePicture& seen, int border_px, EyeResult& eye) {
   eye.target.rims = {};
 }
 
-// Takes the light of both eyes' targets.
-AliasingResult MeasureAliasing(const SimulateAt& simulated_at, const EyePicture& seen,
-                               EyeResult& middle, EyeResult& beside, int border_px) {
-  SeenAgainstTarget a = std::move(middle.target.light).value();
-  SeenAgainstTarget b = std::move(beside.target.light).value();
-  middle.target.light.reset();
-  AddSeen(seen, a);
-  AddSeen(simulated_at(b.eye, {}), b);
-  return {b.eye.position.x() - a.eye.position.x(), AngularAliasing(a, b, border_px)};
-}
-
-void Simulate(const SimulateAt& simulated_at, const PreviewOptions& options, PreviewResult& result,
-              EyeResult& beside_middle, std::vector<DirectView> direct, const ViewSet& set,
-              Progress& progress) {
-  const std::vector<EyeResult*> eyes = AllEyes(result);
-  progress.Start("preview: simulated eyes", static_cast<std::int64_t>(eyes.size() + direct.size()),
-                 "eyes");
-  for (EyeResult* eye : eyes) {
-    const EyePicture seen = simulated_at(eye->eye, eye->pupil);
-    MeasureEye(seen, options.border_px, *eye);
-    if (eye->target.light) {
-      result.aliasing = MeasureAliasing(simulated_at, seen, *eye, beside_middle, options.border_px);
-    }
+// `simulated`: of all eyes, the one beside the middle and the captured views' eyes.
+void Measure(std::vector<PreviewPicture> simulated, const PreviewOptions& options,
+             PreviewResult& result, std::vector<DirectView> direct, const ViewSet& set,
+             Progress& progress) {
+  progress.Start("preview: metrics", std::ssize(simulated) - 1, "eyes");
+  auto picture = simulated.begin();
+  for (EyeResult* eye : AllEyes(result)) {
+    MeasureEye(std::move(*picture++), options.border_px, *eye);
     progress.Advance();
   }
+  ++picture;
   for (DirectView& view : direct) {
     CapturedResult captured{set.views[static_cast<std::size_t>(view.at.view)].name,
                             view.at.eye,
-                            PictureOf(simulated_at(view.at.eye, {})),
+                            std::move(*picture++),
                             std::move(view.direct),
                             {},
                             {},
@@ -246,9 +251,8 @@ void Simulate(const SimulateAt& simulated_at, const PreviewOptions& options, Pre
 }
 
 // Of one-bit planes, where the eyes see such.
-std::optional<int> StrokesOf(const Workspace& workspace, const Display& display,
-                             const PanelImages& shown) {
-  if (!shown.grey) return std::nullopt;
+std::optional<int> StrokesOf(const Workspace& workspace, const Display& display, bool one_bit) {
+  if (!one_bit) return std::nullopt;
   const auto strokes = LoadStrokeFrames(workspace.Stage("frames"), display);
   return static_cast<int>(strokes.value().files.size());
 }
@@ -281,12 +285,12 @@ void WriteViews(const std::filesystem::path& folder, PreviewResult& result) {
 }
 
 void WriteOverview(const Workspace& workspace, const std::filesystem::path& path, const View& view,
-                   const LayersRecord& record, const LayerImages& layers,
+                   const LayersRecord& record, const OpenEmitters& emitters,
                    const PreviewResult& result, int positions) {
   const EyeResult& middle = result.grid[GridMiddle(positions)];
   const Image<Rgb8> overview =
       Overview(workspace.photographs().Linear(view.image).span(),
-               LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")), layers,
+               LoadDepthMap(workspace.Stage("depth") / (view.name + ".exr")), emitters,
                record.display, middle.eye, middle.simulated.codes.span());
   WriteCodes8(path, overview.span(), kOverviewQuality);
 }
@@ -422,7 +426,14 @@ OptionTable Describe(PreviewOptions& options) {
             &options.source,
             {},
             {},
-            {"frames", "layers"}}}};
+            {"frames", "layers"}},
+           {"memory_gib",
+            "eyes are simulated in strips, so that all fits into this much memory, GiB",
+            &options.memory_gib,
+            0.1,
+            1e4,
+            {},
+            "--memory"}}};
 }
 
 void ApplyQuality(Quality quality, PreviewOptions& options) {
@@ -439,7 +450,7 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   const View& reference = ReferenceView(set.views, record.placement.reference_view);
   const Eye central = CentralEye(record.display, record.placement, reference, options);
   PreviewResult result = EyesOf(record.display, central, options);
-  const EyeResult& middle = result.grid[GridMiddle(options.positions)];
+  EyeResult& middle = result.grid[GridMiddle(options.positions)];
   EyeResult beside_middle = BesideMiddle(middle, AliasingStepMm(DisplayOf(record)));
   std::vector<DirectView> direct = DirectViews(set, record, result);
   const std::vector<std::size_t> on_page = ViewsOnPage(set, record.placement.reference_view);
@@ -458,25 +469,29 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
                   {limit ? &*limit : nullptr, shadows ? &*shadows : nullptr}, middle, beside_middle,
                   result, direct, progress);
   }
-  const PanelImages shown = options.source == "frames"
-                                ? LoadPanelImages(workspace, record)
-                                : PanelImages{LoadLayerImages(workspace, record), false};
-  const LayerImages& layers = shown.layers;
-  if (shown.grey) LoseColors(result, direct);
-  result.totals = TotalsOf(record.display, StrokesOf(workspace, record.display, shown));
-  Simulate(SimulatorOf(record, layers), options, result, beside_middle, std::move(direct), set,
-           progress);
+  std::vector<EyeResult*> eyes = AllEyes(result);
+  eyes.push_back(&beside_middle);
+  const std::vector<Viewer> viewers = ViewersOf(eyes, direct);
+  std::vector<std::string> warnings;
+  const PreviewEmitters emitters =
+      PrepareEmitters(workspace, record, options, viewers, warnings, progress);
+  if (emitters.grey) LoseColors(result, direct);
+  result.totals = TotalsOf(record.display, StrokesOf(workspace, record.display, emitters.grey));
+  std::vector<PreviewPicture> simulated = Simulate(emitters, record, viewers, eyes, progress);
+  result.aliasing = MeasureAliasing(middle, beside_middle, options.border_px);
+  Measure(std::move(simulated), options, result, std::move(direct), set, progress);
   WriteTextAtomically(run.folder() / "metrics.json", MetricsJson(result, options));
   StageReport report = ReportOf(record, result, options);
+  report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
   PreviewPage page;
   const std::function<void()> parts[] = {
       [&] { WriteViews(run.folder() / "views", result); },
       [&] {
-        WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, layers, result,
-                      options.positions);
+        WriteOverview(workspace, run.folder() / "overview.jpg", reference, record, emitters.open,
+                      result, options.positions);
       },
       [&] {
-        page = MakePreviewPage(workspace, record, set, layers, photographs, result, options);
+        page = MakePreviewPage(workspace, record, set, emitters.open, photographs, result, options);
       }};
   progress.Start("preview: files", std::ssize(parts) + 1, "parts");
   ParallelForEach(0, std::ssize(parts), [&](std::int64_t i) {

@@ -56,6 +56,7 @@ struct PreviewOptions {
   int focus_planes = 0;                // on which the eye in the middle focuses by turns
   double pupil_mm = 4;                 // its diameter then
   std::string source = "frames";       // "layers": what frames was made from
+  double memory_gib = 4;               // strip by strip where all needs more; changes no value
 };
 OptionTable Describe(PreviewOptions& options);
 void ApplyQuality(Quality quality, PreviewOptions& options);

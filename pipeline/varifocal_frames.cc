@@ -1,7 +1,11 @@
 #include "pipeline/varifocal_frames.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include <fmt/format.h>
 
+#include "distribute/strips.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/json_file.h"
@@ -11,11 +15,12 @@ namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-void WriteAll(const fs::path& folder, const std::vector<Image<Rgb8>>& frames,
-              const std::vector<std::string>& files) {
-  ParallelForEach(0, static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
-    const auto stroke = static_cast<std::size_t>(i);
-    WriteCodes8(folder / files[stroke], frames[stroke].span(), 95, PngCoding::kFast);
+// A frame a stroke, packed by the thread that writes it.
+void WriteFrames(const fs::path& folder, const BitPlanes& bits, const Display& display,
+                 const PlanePacking& packing, const std::vector<std::string>& files) {
+  ParallelForEach(0, std::ssize(files), [&](std::int64_t i) {
+    const Image<Rgb8> frame = PackedStroke(bits, static_cast<int>(i), display, packing);
+    WriteCodes8(folder / files[static_cast<std::size_t>(i)], frame.span(), 95, PngCoding::kFast);
   });
 }
 
@@ -25,30 +30,45 @@ std::vector<std::string> Numbered(const char* name, std::size_t count) {
   return files;
 }
 
-// The frames in which plane k shows the number k, one for every direction of the mirror.
-std::vector<Image<Rgb8>> NumeralFrames(const Display& display, const PlanePacking& packing) {
+// Plane k shows the number k, in one stroke for every direction of the mirror.
+BitPlanes Numerals(const Display& display, const PlanePacking& packing) {
   BitPlanes bits{static_cast<int>(display.layers.size()), {}};
   for (int stroke = 0; stroke < (packing.there_and_back ? 2 : 1); ++stroke) {
     bits.strokes.push_back(NumeralPlanes(display));
   }
-  return PackedFrames(bits, display, packing);
+  return bits;
 }
 
 }  // namespace
 
-StrokeFrames WriteStrokeFrames(const fs::path& folder, const LayerImages& layers,
+std::vector<Image<float>> ReadGrey(const OpenEmitters& emitters, const Display& display) {
+  const int columns = display.emitter_columns(), rows = display.emitter_rows();
+  std::vector<Image<float>> grey(display.layers.size());
+  ParallelForEach(0, std::ssize(grey), [&](std::int64_t plane) {
+    Image<float>& of_plane = grey[static_cast<std::size_t>(plane)];
+    of_plane = Image<float>(columns, rows);
+    const ReadEmitterRows read = emitters(static_cast<int>(plane), 0);  // lenslets have one slot
+    for (int first = 0; first < rows; first += kBlockRows) {
+      const Image<float> block = GreyOf(read(first, std::min(first + kBlockRows, rows)));
+      std::copy_n(block.data(), block.size(), of_plane.row(first));
+    }
+  });
+  return grey;
+}
+
+StrokeFrames WriteStrokeFrames(const fs::path& folder, std::vector<Image<float>> grey,
                                const Display& display, const OneBitOptions& options,
                                const PlanePacking& packing, std::vector<std::string>& numerals) {
-  const std::vector<Image<Rgb8>> frames =
-      PackedFrames(OneBitPlanes(layers, display, options), display, packing);
-  StrokeFrames written{Numbered("stroke", frames.size()), static_cast<int>(display.layers.size()),
-                       packing};
-  WriteAll(folder, frames, written.files);
+  CheckStrokes(options.strokes, packing);
+  const BitPlanes bits = OneBitPlanes(grey, display, options);
+  grey.clear();
+  StrokeFrames written{Numbered("stroke", bits.strokes.size()), bits.planes, packing};
+  WriteFrames(folder, bits, display, packing, written.files);
   numerals.clear();
   if (!NumeralsFit(display)) return written;
-  const std::vector<Image<Rgb8>> numbers = NumeralFrames(display, packing);
-  numerals = Numbered("numerals", numbers.size());
-  WriteAll(folder, numbers, numerals);
+  const BitPlanes numbers = Numerals(display, packing);
+  numerals = Numbered("numerals", numbers.strokes.size());
+  WriteFrames(folder, numbers, display, packing, numerals);
   return written;
 }
 
@@ -66,12 +86,11 @@ std::optional<StrokeFrames> LoadStrokeFrames(const fs::path& folder, const Displ
   return frames;
 }
 
-std::vector<Image<float>> ReadStrokeFrames(const fs::path& folder, const StrokeFrames& frames,
-                                           const Display& display) {
+std::vector<Image<std::uint16_t>> CountStrokes(const fs::path& folder, const StrokeFrames& frames,
+                                               const Display& display) {
   const int columns = display.emitter_columns(), rows = display.emitter_rows();
-  std::vector<Image<float>> mean;
-  for (int plane = 0; plane < frames.planes; ++plane) mean.emplace_back(columns, rows);
-  const float weight = 1.0F / static_cast<float>(frames.files.size());
+  std::vector<Image<std::uint16_t>> counts;
+  for (int plane = 0; plane < frames.planes; ++plane) counts.emplace_back(columns, rows);
   for (std::size_t stroke = 0; stroke < frames.files.size(); ++stroke) {
     const Image<Rgb8> codes = ReadFrame(folder / frames.files[stroke], display);
     const Image<std::uint32_t> bits = EmitterBits(
@@ -80,13 +99,22 @@ std::vector<Image<float>> ReadStrokeFrames(const fs::path& folder, const StrokeF
     ParallelForEach(0, rows, [&](std::int64_t y) {
       const int row = static_cast<int>(y);
       for (int x = 0; x < columns; ++x) {
-        for (std::size_t plane = 0; plane < mean.size(); ++plane) {
-          if ((bits(x, row) >> plane & 1U) != 0) mean[plane](x, row) += weight;
+        for (std::size_t plane = 0; plane < counts.size(); ++plane) {
+          counts[plane](x, row) += static_cast<std::uint16_t>(bits(x, row) >> plane & 1U);
         }
       }
     });
   }
-  return mean;
+  return counts;
+}
+
+std::vector<float> SharesOfStrokes(const StrokeFrames& frames) {
+  const float weight = 1.0F / static_cast<float>(frames.files.size());
+  std::vector<float> shares(frames.files.size() + 1);
+  for (std::size_t count = 1; count < shares.size(); ++count) {
+    shares[count] = shares[count - 1] + weight;
+  }
+  return shares;
 }
 
 }  // namespace lamella

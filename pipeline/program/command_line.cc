@@ -29,16 +29,17 @@ Quality ParseQuality(const std::string& name) {
 void OptionFlags::Add(CLI::App& verb, const std::vector<OptionTable>& defaults) {
   for (const OptionTable& table : defaults) {
     for (const OptionField& field : table.fields) {
-      const std::string key = table.section + "." + field.name;
+      const std::string flag = FlagOf(table, field);
+      if (given_.contains(flag)) continue;  // of an earlier table: it sets both
       std::string help = field.help;
       if (!field.choices.empty()) help += fmt::format(" ({})", fmt::join(field.choices, ", "));
       if (const std::string text = OptionText(field); !text.empty() && text != "\"\"") {
         help += fmt::format(" [{}]", text);
       }
-      std::string& text = given_[key];
-      bool& is_given = is_given_[key];
+      std::string& text = given_[flag];
+      bool& is_given = is_given_[flag];
       verb.add_option_function<std::string>(
-              FlagOf(table, field),
+              flag,
               [&text, &is_given](const std::string& value) {
                 text = value;
                 is_given = true;
@@ -53,10 +54,9 @@ void OptionFlags::Add(CLI::App& verb, const std::vector<OptionTable>& defaults) 
 void OptionFlags::Apply(const std::vector<OptionTable>& tables) const {
   for (const OptionTable& table : tables) {
     for (const OptionField& field : table.fields) {
-      const std::string key = table.section + "." + field.name;
-      const auto given = is_given_.find(key);
-      if (given != is_given_.end() && given->second)
-        SetOption(field, given_.at(key), FlagOf(table, field));
+      const std::string flag = FlagOf(table, field);
+      const auto given = is_given_.find(flag);
+      if (given != is_given_.end() && given->second) SetOption(field, given_.at(flag), flag);
     }
   }
 }

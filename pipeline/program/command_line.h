@@ -43,7 +43,7 @@ class OptionFlags {
   void Apply(const std::vector<OptionTable>& tables) const;
 
  private:
-  std::map<std::string, std::string> given_;  // "SECTION.NAME" -> text; nodes are stable
+  std::map<std::string, std::string> given_;  // flag -> text; nodes are stable
   std::map<std::string, bool> is_given_;
 };
 

@@ -43,6 +43,12 @@ Image<Rgb8> PageCodes(ImageSpan<const Rgb> linear, int max_width) {
   return EncodeSrgb8(ResizeArea(linear, max_width, height).span());
 }
 
+Image<Rgb8> PageCodes(int width, int height, const RowOf& row_of, int max_width) {
+  const int page_width = std::min(width, max_width);
+  const int page_height = page_width == width ? height : HeightFor(width, height, max_width);
+  return EncodeSrgb8(ResizeAreaDownwards(width, height, row_of, page_width, page_height).span());
+}
+
 std::string DataUri(ImageSpan<const Rgb8> codes, const std::string& format, int jpeg_quality) {
   return "data:image/" + format + ";base64," + Base64(EncodeCodes8(codes, format, jpeg_quality));
 }

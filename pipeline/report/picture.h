@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "depth/resize_area.h"
 #include "lightfield/depth_map.h"
 #include "lightfield/image.h"
 
@@ -11,6 +12,8 @@ namespace lamella {
 
 // sRGB codes, at most max_width wide (the mean of each pixel's area in linear light).
 Image<Rgb8> PageCodes(ImageSpan<const Rgb> linear, int max_width);
+// Of a picture whose rows are asked for from the top on (ResizeAreaDownwards).
+Image<Rgb8> PageCodes(int width, int height, const RowOf& row_of, int max_width);
 
 // "data:image/...;base64,..." of a PNG (format "png") or JPEG ("jpeg").
 std::string DataUri(ImageSpan<const Rgb8> codes, const std::string& format, int jpeg_quality = 85);

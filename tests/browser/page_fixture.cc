@@ -126,7 +126,7 @@ PreviewPage Page(const std::filesystem::path& frames) {
   page.pupil_mm = 20;
   for (const double plane : {kFar, 0.0, kNear}) {
     const EyePicture seen =
-        SimulateEye(layers, display, FocusedOn(eye, plane), {page.pupil_mm, 24});
+        SimulateEye(layers, display, FocusedOn(eye, plane), Pupil{page.pupil_mm, 24});
     page.focus.push_back({plane, DataUri(EncodeSrgb8(seen.color.span()).span(), "jpeg", 95),
                           DataUri(TargetOf(eye).span(), "jpeg", 95), 30.0, 0.9});
   }
@@ -137,7 +137,7 @@ PreviewPage Page(const std::filesystem::path& frames) {
                            DataUri(EncodeSrgb8(layers.slots[l][0].color.span()).span(), "jpeg")});
   }
   WriteFrames(frames, display, layers);
-  page.steps = StepsOfFrames(frames, display, layers);
+  page.steps = StepsOfFrames(frames, display, OpenImages(layers));
   page.cutoff = SvgDataUri("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 64 32'/>");
   page.cutoff_text = "80 % are <b>sharp</b>";
   page.facts = {{"Display", display.name}};

@@ -131,6 +131,34 @@ TEST_F(ImageRows, APngWrittenInStripsOfAnyHeightHasTheCodesWritten) {
   }
 }
 
+TEST_F(ImageRows, CodesReadInStripsAreTheFiles) {
+  Image<Rgb8> three(kWidth, kHeight);
+  Image<std::uint8_t> one(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      one(x, y) = CodeAt(x, y);
+      three(x, y) = {CodeAt(x, y), CodeAt(y, x), CodeAt(x + y, 5)};
+    }
+  }
+  const fs::path color = folder_ / "color.png", grey = folder_ / "grey.png";
+  WriteCodes8(color, three.span());
+  WriteGrey8(grey, one.span());
+  CodeRowsReader colors(color), greys(grey);
+  EXPECT_EQ(colors.width(), kWidth);
+  EXPECT_EQ(colors.height(), kHeight);
+  for (const auto& [first, end] : {std::pair{0, 5}, {5, 6}, {20, kHeight}, {3, 9}}) {
+    const Image<Rgb8> of_color = colors.Read(first, end), of_grey = greys.Read(first, end);
+    ASSERT_EQ(of_color.height(), end - first);
+    for (int y = first; y < end; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(of_color(x, y - first), three(x, y));
+        const std::uint8_t code = one(x, y);
+        ASSERT_EQ(of_grey(x, y - first), (Rgb8{code, code, code}));
+      }
+    }
+  }
+}
+
 TEST_F(ImageRows, NothingIsLeftOfAFileThatIsNotClosedOrLacksRows) {
   {
     PngRowsWriter dropped(folder_ / "dropped.png", kWidth, kHeight, 1, PngCoding::kFast);

@@ -69,7 +69,8 @@ void WriteBarrierFrames(const fs::path& folder, const Display& display) {
 LayerImages BarAlone(const Display& display) {
   LayerImages shown;
   for (std::size_t layer = 0; layer < display.layers.size(); ++layer) {
-    EmitterImage image{Image<Rgb>(display.width_px, display.height_px), {}};
+    EmitterImage image{Image<Rgb>(display.width_px, display.height_px),
+                       Image<float>(display.width_px, display.height_px)};
     for (int y = 64; y < std::min(128, display.height_px); ++y) {
       for (int x = 200; x < std::min(210, display.width_px); ++x) image.color(x, y) = {1, 1, 1};
     }
@@ -113,7 +114,7 @@ TEST(StepsOfFrames, ShowEverySlotsFilesAndTheirSum) {
   const fs::path folder = ScratchFolder();
   const Display display = Barriers(960, 240);
   WriteBarrierFrames(folder, display);
-  const PageSteps steps = StepsOfFrames(folder, display, BarAlone(display));
+  const PageSteps steps = StepsOfFrames(folder, display, OpenImages(BarAlone(display)));
   EXPECT_EQ(steps.slot_name, "time slot");
   EXPECT_THAT(steps.note, HasSubstr("seen in a mirror is flipped"));
   ASSERT_EQ(steps.layers.size(), 2U);
@@ -149,7 +150,7 @@ TEST(StepsOfFrames, RefuseAModulatorOfAnotherPanel) {
   WriteBarrierFrames(folder, display);
   WriteGrey8(folder / FileOf(1, 4, "modulator"), Image<std::uint8_t>(60, 47).span());
   try {
-    StepsOfFrames(folder, display, BarAlone(display));
+    StepsOfFrames(folder, display, OpenImages(BarAlone(display)));
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("layer_1_slot_4_modulator.png: is 60 x 47 px"));
@@ -184,7 +185,7 @@ TEST(StepsOfFrames, ShowThePlanesOfPackedStrokes) {
   };
   LayerImages shown;
   for (unsigned plane = 0; plane < 24; ++plane) {
-    EmitterImage image{Image<Rgb>(120, 90), {}};
+    EmitterImage image{Image<Rgb>(120, 90), Image<float>(120, 90)};
     for (int i = 0; i < 120 * 90; ++i) {
       const float light = 0.5F * static_cast<float>(bit(0, plane, i % 120, i / 120) +
                                                     bit(1, plane, i % 120, i / 120));
@@ -192,7 +193,7 @@ TEST(StepsOfFrames, ShowThePlanesOfPackedStrokes) {
     }
     shown.slots.emplace_back().push_back(std::move(image));
   }
-  const PageSteps steps = StepsOfFrames(folder, display, shown);
+  const PageSteps steps = StepsOfFrames(folder, display, OpenImages(shown));
   EXPECT_EQ(steps.slot_name, "stroke");
   ASSERT_EQ(steps.layers.size(), 24U);
   for (unsigned plane = 0; plane < 24; ++plane) {
@@ -229,7 +230,7 @@ TEST(StepsOfFrames, LeaveThePageItsRoomHoweverManyLayersThereAre) {
       fs::create_hard_link(folder / "open.png", folder / FileOf(layer, slot, "modulator"));
     }
   }
-  const PageSteps steps = StepsOfFrames(folder, display, BarAlone(display));
+  const PageSteps steps = StepsOfFrames(folder, display, OpenImages(BarAlone(display)));
   std::size_t bytes = 0;
   for (const PageStepLayer& layer : steps.layers) {
     EXPECT_EQ(layer.slots.size(), 4U);
@@ -256,7 +257,7 @@ TEST(StepsOfLayers, ShowTheEmittersLight) {
       layers.slots.back().push_back(std::move(image));
     }
   }
-  const PageSteps steps = StepsOfLayers(display, layers);
+  const PageSteps steps = StepsOfLayers(display, OpenImages(layers));
   EXPECT_THAT(steps.note, HasSubstr("before it becomes frames"));
   for (int layer = 0; layer < 2; ++layer) {
     const auto& [part, slots] = steps.layers.at(static_cast<std::size_t>(layer));

@@ -131,7 +131,7 @@ double CodeOf(float light) {
 void ExpectTheLayersLight(const Workspace& workspace, const Display& display) {
   const LayersRecord record = LoadLayersRecord(workspace);
   const LayerImages layers = LoadLayerImages(workspace, record);
-  const LayerImages shown = LoadPanelImages(workspace, record).layers;
+  const LayerImages shown = ReadWhole(OpenPanelImages(workspace, record).open, record.display);
   EXPECT_EQ(shown.seen_share, 0.5);
   ASSERT_EQ(shown.slots.size(), display.layers.size());
   for (std::size_t l = 0; l < shown.slots.size(); ++l) {
@@ -218,7 +218,7 @@ TEST_P(OneBitFrames, AddUpToTheLightOfThePlanes) {
     EXPECT_TRUE(MakeFrames(workspace, options).warnings.empty());
     const LayersRecord record = LoadLayersRecord(workspace);
     const LayerImages layers = LoadLayerImages(workspace, record);
-    const LayerImages shown = LoadPanelImages(workspace, record).layers;
+    const LayerImages shown = ReadWhole(OpenPanelImages(workspace, record).open, record.display);
     ASSERT_EQ(shown.slots.size(), 24U);
     // Diffusion is right over neighbouring lenses of one direction, an emitter alone to a stroke
     // and what its neighbours gave it.

@@ -34,7 +34,7 @@ TEST_P(OverviewOf, AnyShapeIsNoWiderThanItsPanesMayBe) {
   eye.height = height;
   const Image<Rgb8> seen(width, height, {9, 9, 9});
   const Image<Rgb8> overview =
-      Overview(photograph.span(), depth, layers, display, eye, seen.span());
+      Overview(photograph.span(), depth, OpenImages(layers), display, eye, seen.span());
   EXPECT_EQ(overview.height(), 270);
   EXPECT_LE(overview.width(), 5 * 540 + 4 * 6);
   EXPECT_EQ(overview(0, 0).r, LinearToSrgb8(0.5F));

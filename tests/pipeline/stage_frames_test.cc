@@ -174,12 +174,13 @@ TEST(StageFrames, PacksAVarifocalDisplaysPlanesSoThatTheirMeanIsTheirGrey) {
     MakeBarrierFrames(workspace, options);
     const LayersRecord record = LoadLayersRecord(workspace);
     const LayerImages layers = LoadLayerImages(workspace, record);
-    const PanelImages panels = LoadPanelImages(workspace, record);
+    const PanelImages panels = OpenPanelImages(workspace, record);
     EXPECT_TRUE(panels.grey);
+    const LayerImages decoded = ReadWhole(panels.open, record.display);
     for (int plane = 0; plane < 5; ++plane) {
       const LensletMap map(record.display, plane);
       const EmitterImage& asked = layers.slots[static_cast<std::size_t>(plane)][0];
-      const EmitterImage& shown = panels.layers.slots[static_cast<std::size_t>(plane)][0];
+      const EmitterImage& shown = decoded.slots[static_cast<std::size_t>(plane)][0];
       for (int y = 0; y < 92; ++y) {
         for (int x = 0; x < 130; ++x) {
           const float grey = map.Pixel(x, y) ? std::min(1.0F, Luminance(asked.color(x, y))) : 0.0F;
@@ -209,10 +210,10 @@ TEST(StageFrames, ShowsAVarifocalDisplaysPlanesInGreyWhereAsked) {
   EXPECT_FALSE(std::filesystem::exists(workspace.Stage("frames") / "layer_0_slot_0_modulator.png"));
   const LayersRecord record = LoadLayersRecord(workspace);
   const LayerImages layers = LoadLayerImages(workspace, record);
-  const PanelImages panels = LoadPanelImages(workspace, record);
+  const PanelImages panels = OpenPanelImages(workspace, record);
   EXPECT_FALSE(panels.grey);
-  EXPECT_NEAR(panels.layers.slots[3][0].color(20, 10).g, layers.slots[3][0].color(20, 10).g,
-              0.005F);
+  const LayerImages decoded = ReadWhole(panels.open, record.display);
+  EXPECT_NEAR(decoded.slots[3][0].color(20, 10).g, layers.slots[3][0].color(20, 10).g, 0.005F);
 }
 
 TEST(StageFrames, RefusesAnOddNumberOfStrokesThereAndBack) {

@@ -119,6 +119,14 @@ class StagePreviewTest : public testing::Test {
     return hashes;
   }
 
+  // Those of the last preview that say so.
+  static std::vector<std::string> Warnings(const std::string& what) {
+    std::vector<std::string> warnings =
+        LoadStageRecord(Workspace(root_ / "W"), "preview")->report.warnings;
+    std::erase_if(warnings, [&](const std::string& w) { return w.find(what) == w.npos; });
+    return warnings;
+  }
+
   static fs::path Folder() { return root_ / "W/preview"; }
   static nlohmann::json Metrics() {
     return nlohmann::json::parse(ReadText(Folder() / "metrics.json"));
@@ -335,7 +343,7 @@ class StagePreviewTest : public testing::Test {
     const Workspace workspace(root_ / "W");
     const LayersRecord record = LoadLayersRecord(workspace);
     const LayerImages layers = LoadLayerImages(workspace, record);
-    const LayerImages panels = LoadPanelImages(workspace, record).layers;
+    const LayerImages panels = ReadWhole(OpenPanelImages(workspace, record).open, record.display);
     for (std::size_t l = 0; l < 2; ++l) {
       for (std::size_t slot = 0; slot < 9; ++slot) {
         const EmitterImage &a = layers.slots[l][slot], &b = panels.slots[l][slot];
@@ -424,6 +432,22 @@ TEST_F(StagePreviewTest, WritesTheSameBytesWithAnyNumberOfThreads) {
     hashes[threads - 1] = Preview(Small());
   }
   EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST_F(StagePreviewTest, ShowsTheSamePicturesWithAnyMemoryAndSaysHowMuchItNeeds) {
+  for (const char* source : {"frames", "layers"}) {
+    PreviewOptions options = Small();
+    options.focus_planes = 2;
+    options.source = source;
+    const std::string whole = Preview(options);
+    EXPECT_TRUE(Warnings("cannot be held").empty());
+    const nlohmann::json page = PageData();
+    options.memory_gib = 0.01;  // less than the program itself takes
+    EXPECT_EQ(Preview(options), whole);
+    ASSERT_EQ(Warnings("--memory 0.01 cannot be held").size(), 1U);
+    EXPECT_EQ(Warnings("and the lowest strip of emitters").size(), 1U);
+    for (const char* part : {"layers", "steps"}) EXPECT_EQ(PageData().at(part), page.at(part));
+  }
 }
 
 }  // namespace
