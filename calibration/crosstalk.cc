@@ -278,9 +278,9 @@ double ShareSd(const std::function<double(SpreadKind, double)>& share, const Spr
   const SpreadKind other_kind =
       kind == SpreadKind::kDiffuse ? SpreadKind::kWholePixels : SpreadKind::kDiffuse;
   const auto sd = [&](SpreadKind of, const SpreadFit& fit) {
-    return (share(of, fit.spread_px + fit.sd_px) -
-            share(of, std::max(0.0, fit.spread_px - fit.sd_px))) /
-           2;
+    const double at = share(of, fit.spread_px);
+    return std::max(std::abs(share(of, fit.spread_px + fit.sd_px) - at),
+                    std::abs(share(of, std::max(0.0, fit.spread_px - fit.sd_px)) - at));
   };
   const double worse = (other.squares - better.squares) / std::max(better.squares, 1e-300);
   const double likely = 1 / (1 + std::exp(std::min(worse * freedom / 2, 700.0)));
@@ -322,6 +322,9 @@ CrosstalkFit FitCrosstalk(const std::vector<VectorXd>& series, const CrosstalkSe
   fit.neighbour_sd = ShareSd(
       [&](SpreadKind kind, double spread_px) { return ViewsSeen(eye, kind, spread_px, 0)(1); },
       better, other, fit.kind, freedom);
+  // A narrow diffuse spread is none in whole pixels, whatever it is: light that the next views may
+  // have is what the middle may lack.
+  if (MiddleOf(fit.kernel) == 1) fit.own_sd = std::max(fit.own_sd, 2 * fit.neighbour_sd);
   return fit;
 }
 

@@ -72,6 +72,11 @@ const char* ColorName(const Rgb8& color) {
   return color == Rgb8{0, 0, 255} ? "blue" : nullptr;
 }
 
+bool HasLenses(const Calibration& calibration) {
+  return std::any_of(calibration.layers.begin(), calibration.layers.end(),
+                     [](const LayerCalibration& layer) { return layer.lattice.has_value(); });
+}
+
 }  // namespace
 
 std::vector<PatternShot> PhotometricShots(const Calibration& calibration) {
@@ -94,9 +99,12 @@ std::vector<PatternShot> PhotometricShots(const Calibration& calibration) {
   if (shots.size() == 1) {
     throw UsageError(calibration.display,
                      "has no layer with a modulator, before which alone levels are one panel's",
-                     "give its response by hand: `response` and `black` of calibration.json; to "
-                     "know the crosstalk, photograph one lit column without the lens sheet and "
-                     "give `crosstalk`");
+                     HasLenses(calibration)
+                         ? "give its response by hand: `response` and `black` of "
+                           "calibration.json; to know the crosstalk, photograph one lit column "
+                           "without the lens sheet and give `crosstalk`"
+                         : "give its response by hand: `response` and `black` of "
+                           "calibration.json");
   }
   shots.insert(shots.end(), once.begin(), once.end());
   return shots;

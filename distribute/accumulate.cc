@@ -14,7 +14,14 @@ namespace {
 
 // Emitter rows whose sums one task owns. More rows share more of the samples' rows, fewer keep
 // more threads busy.
-constexpr int kBandRows = 128;
+constexpr int kLeastBandRows = 32, kMostBandRows = 128;
+constexpr int kBandsPerThread = 4;
+
+int BandRows(std::span<const LayerSums> layers) {
+  int rows = 0;
+  for (const LayerSums& layer : layers) rows += layer.sums.slots.at(0).height();
+  return std::clamp(rows / (kBandsPerThread * NumThreads()), kLeastBandRows, kMostBandRows);
+}
 
 // The overlaps along y of some emitter rows of a layer, by their first sample: so each row of
 // samples is needed once.
@@ -24,12 +31,12 @@ struct Band {
   int first_sample() const { return rows.empty() ? 0 : rows[0]->first_sample; }
 };
 
-void AddBands(int layer, const LayerSums& of, int node_y, std::vector<Band>& bands) {
+void AddBands(int layer, const LayerSums& of, int node_y, int band_rows, std::vector<Band>& bands) {
   const int rows = of.sums.slots.at(0).height();
   const std::size_t first = bands.size();
-  bands.resize(first + Index((rows + kBandRows - 1) / kBandRows), Band{layer, {}});
+  bands.resize(first + Index((rows + band_rows - 1) / band_rows), Band{layer, {}});
   for (const Overlap& overlap : of.overlaps.y.nodes[Index(node_y)]) {
-    const int band = (overlap.emitter - of.sums.first_row) / kBandRows;
+    const int band = (overlap.emitter - of.sums.first_row) / band_rows;
     bands[first + Index(band)].rows.push_back(&overlap);
   }
   for (std::size_t i = first; i < bands.size(); ++i) {
@@ -204,6 +211,8 @@ void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWe
     in_band.push_back({node, RowWindow(most_rows, node.samples.width)});
   }
   std::vector<std::unique_ptr<FamilyRows>> families(overlaps.x.size());
+  std::vector<int> rows_left(families.size(), 0);  // where each row is a family, few live at a time
+  for (const Overlap* row : band.rows) ++rows_left[Index(row->family)];
   for (const Overlap* row : band.rows) {
     for (auto& [node, taken] : in_band) {
       taken.Fill(row->first_sample, row->num_samples, [&, &node = node](int j, Light* out) {
@@ -217,6 +226,7 @@ void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWe
     }
     family->Filter(in_band, *row);
     family->AddTo(*row, overlaps.y.weights.data(), layer.sums);
+    if (--rows_left[Index(row->family)] == 0) family.reset();
   }
 }
 
@@ -225,10 +235,11 @@ void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWe
 void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
                 std::span<LayerSums> layers) {
   std::vector<Band> bands;
+  const int band_rows = BandRows(layers);
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const int layer = static_cast<int>(l);
     if (layers[l].overlaps.own.empty()) {
-      AddBands(layer, layers[l], node_y, bands);
+      AddBands(layer, layers[l], node_y, band_rows, bands);
     } else {
       AccumulateOwn(nodes, node_y, weights, layer, layers[l]);
     }

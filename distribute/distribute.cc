@@ -548,7 +548,8 @@ OptionTable Describe(LayersOptions& options) {
         {},
         "--border-offset-mm"},
        {"memory_gib",
-        "emitters are made in strips, so that all fits into this much memory, GiB",
+        "emitters are made, and shown to the preview's eyes, in strips, so that all fits into "
+        "this much memory, GiB",
         &options.memory_gib,
         0.1,
         1e4,

@@ -342,15 +342,6 @@ BitPlanes OneBitPlanes(const std::vector<Image<float>>& grey, const Display& dis
   return bits;
 }
 
-BitPlanes OneBitPlanes(const LayerImages& images, const Display& display,
-                       const OneBitOptions& options) {
-  std::vector<Image<float>> grey;
-  for (const std::vector<EmitterImage>& slots : images.slots) {
-    grey.push_back(GreyOf(slots.at(0)));  // lenslets have one slot
-  }
-  return OneBitPlanes(grey, display, options);
-}
-
 Image<float> MeanOfStrokes(const BitPlanes& bits, int plane) {
   Image<float> mean(bits.strokes.at(0).width(), bits.strokes.at(0).height());
   for (std::size_t i = 0; i < mean.size(); ++i) {

@@ -63,8 +63,6 @@ Image<float> GreyOf(const EmitterImage& emitters);
 // more than kMaxBitPlanes layers, for pictures that are not the layers', and for bad options.
 BitPlanes OneBitPlanes(const std::vector<Image<float>>& grey, const Display& display,
                        const OneBitOptions& options);
-BitPlanes OneBitPlanes(const LayerImages& images, const Display& display,
-                       const OneBitOptions& options);
 
 // What an eye adds up of a plane's emitters: the share of the strokes in which each is on.
 Image<float> MeanOfStrokes(const BitPlanes& bits, int plane);

@@ -13,7 +13,7 @@
 namespace lamella {
 
 // Rows of pictures that are worked on together.
-inline constexpr int kBandRows = 16;
+inline constexpr int kPictureBandRows = 16;
 
 struct Seen {
   double r = 0, g = 0, b = 0;

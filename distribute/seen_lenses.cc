@@ -155,14 +155,16 @@ std::unique_ptr<LayerSeen> SeeThroughLenses(const EmitterStrip& strip, const Dis
 }
 
 std::vector<RowRange> RowsThroughLenses(const Display& display, int layer, const Eye& eye) {
-  std::vector<RowRange> bands(static_cast<std::size_t>((eye.height + kBandRows - 1) / kBandRows));
+  std::vector<RowRange> bands(
+      static_cast<std::size_t>((eye.height + kPictureBandRows - 1) / kPictureBandRows));
   for (const SeenElement& element :
        ElementOfEveryRow(display, layer, ViewOf(display, layer, eye))) {
     const auto [top, bottom] = RowsOfCell(element.cell);
-    const int first = static_cast<int>(std::max(0.0, std::floor(top / kBandRows)));
-    for (int b = first; b < static_cast<int>(bands.size()) && b * kBandRows < bottom; ++b) {
+    const int first = static_cast<int>(std::max(0.0, std::floor(top / kPictureBandRows)));
+    for (int b = first; b < static_cast<int>(bands.size()) && b * kPictureBandRows < bottom; ++b) {
       RowRange& band = bands[static_cast<std::size_t>(b)];
-      band = band.With(RowsOf(element, b * kBandRows, (b + 1) * kBandRows, display.emitter_rows()));
+      band = band.With(RowsOf(element, b * kPictureBandRows, (b + 1) * kPictureBandRows,
+                              display.emitter_rows()));
     }
   }
   return bands;

@@ -284,10 +284,11 @@ std::unique_ptr<LayerSeen> SeeThroughOpenings(const EmitterStrip& strip, const D
 }
 
 std::vector<RowRange> RowsThroughOpenings(const Display& display, int layer, const Eye& eye) {
-  std::vector<RowRange> bands(static_cast<std::size_t>((eye.height + kBandRows - 1) / kBandRows));
+  std::vector<RowRange> bands(
+      static_cast<std::size_t>((eye.height + kPictureBandRows - 1) / kPictureBandRows));
   for (const Path& path : LayerAxes(display, layer, eye, Through::kFace).Rows()) {
     if (path.emitter < 0) continue;
-    RowRange& band = bands[static_cast<std::size_t>(path.pixel / kBandRows)];
+    RowRange& band = bands[static_cast<std::size_t>(path.pixel / kPictureBandRows)];
     band = band.With({path.emitter, path.emitter + 1});
   }
   return bands;

@@ -55,9 +55,9 @@ EyePicture SimulatePinhole(const EmitterStrip& strip, const Display& display, co
         SeeLayer(strip, display, static_cast<int>(layer), eye, rows);
   });
   EyePicture picture{Image<Rgb>(eye.width, rows.size()), Image<float>(eye.width, rows.size())};
-  ParallelForEach(0, (rows.size() + kBandRows - 1) / kBandRows, [&](std::int64_t b) {
-    const int first = rows.first + static_cast<int>(b) * kBandRows;
-    const int end = std::min(first + kBandRows, rows.end);
+  ParallelForEach(0, (rows.size() + kPictureBandRows - 1) / kPictureBandRows, [&](std::int64_t b) {
+    const int first = rows.first + static_cast<int>(b) * kPictureBandRows;
+    const int end = std::min(first + kPictureBandRows, rows.end);
     PictureRows band{first, end, Image<Seen>(eye.width, end - first)};
     for (const std::unique_ptr<LayerSeen>& layer : seen) layer->Add(band);
     for (int y = first; y < end; ++y) {

@@ -35,11 +35,11 @@ RowRange InBlocks(const RowRange& rows, int all_rows) {
 std::vector<Band> BandsOf(const Display& display, const Viewer& viewer, std::size_t index) {
   const Eye& eye = viewer.eye;
   std::vector<Band> bands;
-  for (int first = 0; first < eye.height; first += kBandRows) {
+  for (int first = 0; first < eye.height; first += kPictureBandRows) {
     const double y = eye.top_mm - first * eye.pixel_mm, at = eye.position.y();
     const double to_z0 = eye.position.z() / (eye.position.z() - eye.plane_mm);
     bands.push_back({index,
-                     {first, std::min(first + kBandRows, eye.height)},
+                     {first, std::min(first + kPictureBandRows, eye.height)},
                      at + (y - at) * to_z0,
                      std::vector<RowRange>(display.layers.size())});
   }

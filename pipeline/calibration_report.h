@@ -15,7 +15,8 @@ std::string DescribeWeaknesses(const char* title, const std::vector<Weakness>& w
 std::string DescribeLines(const char* title, const std::vector<std::string>& lines);
 // "20 degrees to the right and 10 degrees above, 1050 mm away".
 std::string DescribePlace(double right_deg, double up_deg, double distance_mm);
-// "from 20 degrees to the right and 10 up, 1.05 m away: ..."; empty where there is none.
+// "all panels from 20 degrees to the right ..., 1050 mm away, after which ..."; empty where there
+// is none.
 std::string DescribeNextView(const CalibrationReport& report);
 
 }  // namespace lamella

@@ -14,7 +14,6 @@ std::vector<std::optional<Error>> ErrorsOfEach(std::size_t num,
     try {
       body(index);
     } catch (const Error& error) {
-      if (error.code() == ExitCode::kInterrupted) throw;
       errors[index] = error;
     }
   });

@@ -12,7 +12,7 @@
 namespace lamella {
 
 // body(i) for every i below `num`, one at a time on each thread; what each ended with, if with an
-// Error. All run nevertheless. An interruption, and what is no Error, ends all at once.
+// Error. All run nevertheless; an exception that is no Error ends all at once.
 std::vector<std::optional<Error>> ErrorsOfEach(std::size_t num,
                                                const std::function<void(std::size_t i)>& body);
 void ThrowFirst(const std::vector<std::optional<Error>>& errors);

@@ -381,7 +381,9 @@ class Measuring {
   // whole number of emitters apart: those of a patch see all places, and all lines equally bright.
   void WarnOfLenses() {
     for (std::size_t i = 0; i < measured_.calibration.layers.size(); ++i) {
-      if (!measured_.calibration.layers[i].lattice) continue;
+      const LayerCalibration& layer = measured_.calibration.layers[i];
+      const bool is_given = layer.emitter.photometry.crosstalk != SpreadKernel();
+      if (!layer.lattice || is_given) continue;
       Warn(
           "layer {}'s crosstalk is not measured, since its lenses show all places of the emitters "
           "side by side: photograph one lit column without the lens sheet and give `crosstalk`",

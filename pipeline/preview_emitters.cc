@@ -40,8 +40,18 @@ double BytesOfWhole(const LayersRecord& record) {
 }
 
 // The frames that threads read for the page, emitter's and modulator's.
-double BytesOfPage(const Display& display) {
+double BytesOfPageFrames(const Display& display) {
   return 2.0 * NumThreads() * sizeof(Rgb8) * display.width_px * display.height_px;
+}
+
+// A viewer's picture while it is simulated, through a pupil twice, and the light that is kept of
+// the middle eye and of the one beside it.
+double BytesOfSimulation(const std::vector<Viewer>& viewers) {
+  double pixels = 0;
+  for (const Viewer& viewer : viewers) {
+    pixels = std::max(pixels, static_cast<double>(viewer.eye.width) * viewer.eye.height);
+  }
+  return pixels * (2 * (sizeof(Rgb) + sizeof(float)) + 2 * sizeof(float));
 }
 
 // Warns where `left` has no room for so much of `what`.
@@ -62,7 +72,8 @@ void CheckRoom(const PreviewOptions& options, const MemoryLeft& left, double loa
 
 PreviewEmitters PrepareEmitters(const Workspace& workspace, const LayersRecord& record,
                                 const PreviewOptions& options, const std::vector<Viewer>& viewers,
-                                std::vector<std::string>& warnings, Progress& progress) {
+                                double page_bytes, std::vector<std::string>& warnings,
+                                Progress& progress) {
   const double loading = PeakMemory::OwnMib() / 1024;
   PanelImages shown = OpenShown(workspace, record, options);
   double pictures = 0;
@@ -71,18 +82,22 @@ PreviewEmitters PrepareEmitters(const Workspace& workspace, const LayersRecord& 
         static_cast<double>(viewer.eye.width) * viewer.eye.height * (sizeof(Rgb8) + sizeof(float));
   }
   const Display& display = record.display;
-  const MemoryLeft left = MemoryLeftOf(options.memory_gib, BytesOfOpenFiles(display) + pictures);
+  const MemoryLeft left = MemoryLeftOf(
+      options.memory_gib, BytesOfOpenFiles(display) + pictures + BytesOfSimulation(viewers));
   PreviewEmitters emitters{std::move(shown.open), shown.grey, nullptr, {}};
-  const double whole = Gib(BytesOfWhole(record)), page = Gib(BytesOfPage(display));
-  double needed = std::max(whole, page);
-  const char* what = "a calibrated display's emitters, all at once,";
+  const double whole = Gib(BytesOfWhole(record)),
+               page = Gib(BytesOfPageFrames(display) + page_bytes);
+  double needed = whole + page;
+  const char* what = record.calibration
+                         ? "a calibrated display's emitters, all at once, and the page"
+                         : "the emitters and the page";
   if (record.calibration || whole + page <= left.room) {
     emitters.whole = std::make_unique<const LayerImages>(ReadWhole(emitters.open, display));
     emitters.open = OpenImages(*emitters.whole);
   } else {
     emitters.strips = PlanStrips(display, viewers, std::ldexp(left.room, 30));
     needed = std::max(Gib(BytesOf(emitters.strips, display)), page);
-    what = "the lowest strip of emitters";
+    what = "the page or the lowest strip of emitters";
   }
   CheckRoom(options, left, loading, needed, what, warnings, progress);
   return emitters;

@@ -23,13 +23,15 @@ struct PreviewEmitters {
   std::vector<EmitterStripPlan> strips;  // where it is not
 };
 
-// Of options.source, within options.memory_gib beside what is held by now. Where that can't be it
+// Of options.source, within options.memory_gib beside what is held by now and, later, the
+// `page_bytes` that the page takes of the capture. Where that can't be it
 // warns and takes as little as it can; a calibrated display's emitters are always whole, since the
 // virtual prototype traces lines of sight to anywhere on its panels. Refers to workspace and
 // record.
 PreviewEmitters PrepareEmitters(const Workspace& workspace, const LayersRecord& record,
                                 const PreviewOptions& options, const std::vector<Viewer>& viewers,
-                                std::vector<std::string>& warnings, Progress& progress);
+                                double page_bytes, std::vector<std::string>& warnings,
+                                Progress& progress);
 
 // Every viewer's picture, the same for any memory. `take` is called by one thread.
 void SimulateViewers(const PreviewEmitters& emitters, const LayersRecord& record,

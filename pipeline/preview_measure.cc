@@ -160,6 +160,10 @@ EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optio
   return target;
 }
 
+PreviewPicture PictureOf(const EyePicture& seen) {
+  return {EncodeSrgb8(seen.color.span()), seen.coverage.Clone()};
+}
+
 void KeepRows(const EyePicture& rows, int first_row, PreviewPicture& picture) {
   const Image<Rgb8> codes = EncodeSrgb8(rows.color.span());
   std::copy_n(codes.data(), codes.size(), picture.codes.row(first_row));

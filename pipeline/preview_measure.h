@@ -43,6 +43,7 @@ struct TargetParts {
 // A pixel is as far away as the nearest thing in it is.
 EyeTarget RenderTarget(const RaySource& placed, const Eye& eye, const std::optional<Pupil>& pupil,
                        double mm_per_view_px, const TargetParts& parts);
+PreviewPicture PictureOf(const EyePicture& seen);
 // Some rows of what an eye sees, from this one on, to its picture.
 void KeepRows(const EyePicture& rows, int first_row, PreviewPicture& picture);
 // The same to the kept light of its target.

@@ -34,7 +34,8 @@ struct SolveVarifocalOptions {
 // patterns; InputError where no photograph shows a plane, or one of a position has no pose.
 SolvedVarifocal SolveVarifocalPhotos(const SolveVarifocalOptions& options, Progress& progress);
 
-// "all planes from 9 degrees to the right, 1050 mm away: ..."; empty where there is none.
+// "all planes from 9 degrees to the right, 1050 mm away, after which ..."; empty where there is
+// none.
 std::string DescribeNextPlaneView(const VarifocalReport& report);
 // Lines of text; the first says whether the calibration may be used.
 std::string DescribeVarifocal(const SolvedVarifocal& solved);

@@ -123,11 +123,12 @@ std::size_t GridMiddle(int positions) {
   return row * n + row;
 }
 
-// The grid's middle eye a step to the right, for angular aliasing.
+// The grid's middle eye a step to the side, towards x = 0 where it has no eye there, for angular
+// aliasing.
 EyeResult BesideMiddle(const EyeResult& middle, double step_mm) {
   EyeResult beside;
   beside.eye = middle.eye;
-  beside.eye.position.x() += step_mm;
+  beside.eye.position.x() += middle.eye.position.x() > 0 ? -step_mm : step_mm;
   return beside;
 }
 
@@ -185,6 +186,19 @@ std::vector<Viewer> ViewersOf(const std::vector<EyeResult*>& eyes,
   for (const EyeResult* eye : eyes) viewers.push_back({eye->eye, eye->pupil});
   for (const DirectView& view : direct) viewers.push_back({view.at.eye, {}});
   return viewers;
+}
+
+// Of the capture: depth maps, at most as large as their views, and the overview's photograph and
+// map beside them.
+double BytesOfPage(const ViewSet& set, const std::vector<std::size_t>& on_page) {
+  double bytes = 0, largest = 0;
+  for (const std::size_t view : on_page) {
+    const Camera& camera = set.views[view].camera;
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    bytes += 2 * sizeof(float) * pixels;
+    largest = std::max(largest, pixels);
+  }
+  return bytes + (sizeof(Rgb) + 2 * sizeof(float)) * largest;
 }
 
 std::vector<PreviewPicture> Simulate(const PreviewEmitters& emitters, const LayersRecord& record,
@@ -428,7 +442,8 @@ OptionTable Describe(PreviewOptions& options) {
             {},
             {"frames", "layers"}},
            {"memory_gib",
-            "eyes are simulated in strips, so that all fits into this much memory, GiB",
+            "emitters are made, and shown to the preview's eyes, in strips, so that all fits into "
+            "this much memory, GiB",
             &options.memory_gib,
             0.1,
             1e4,
@@ -473,8 +488,8 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
   eyes.push_back(&beside_middle);
   const std::vector<Viewer> viewers = ViewersOf(eyes, direct);
   std::vector<std::string> warnings;
-  const PreviewEmitters emitters =
-      PrepareEmitters(workspace, record, options, viewers, warnings, progress);
+  const PreviewEmitters emitters = PrepareEmitters(workspace, record, options, viewers,
+                                                   BytesOfPage(set, on_page), warnings, progress);
   if (emitters.grey) LoseColors(result, direct);
   result.totals = TotalsOf(record.display, StrokesOf(workspace, record.display, emitters.grey));
   std::vector<PreviewPicture> simulated = Simulate(emitters, record, viewers, eyes, progress);

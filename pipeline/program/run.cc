@@ -71,7 +71,8 @@ std::vector<OptionTable> FlagTables(const std::string& verb, PipelineOptions& op
 // A small part of what the layers may take, where a stage follows that reads photographs.
 std::size_t KeptPhotographBytes(const PipelineOptions& options, const std::string& last) {
   if (last == "capture" || last == "poses") return 0;
-  return static_cast<std::size_t>(std::ldexp(options.layers.memory_gib, 30) / 8);
+  const double gib = last == "preview" ? options.preview.memory_gib : options.layers.memory_gib;
+  return static_cast<std::size_t>(std::ldexp(gib, 30) / 8);
 }
 
 ExitCode RunVerb(const Arguments& arguments, Progress& progress) {

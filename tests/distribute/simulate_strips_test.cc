@@ -42,7 +42,7 @@ Display Lenslets(LensletArray::Lattice lattice) {
   return Panels(60, 420, lenses);
 }
 
-LayerImages RandomEmitters(const Display& display) {
+LayerImages RandomLayers(const Display& display) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> value(0, 1);
   LayerImages images;
@@ -107,7 +107,7 @@ class StripsOf : public testing::TestWithParam<std::pair<const char*, Display>> 
 
 TEST_P(StripsOf, EmittersShowThePicturesOfWholeOnes) {
   const Display& display = GetParam().second;
-  const LayerImages images = RandomEmitters(display);
+  const LayerImages images = RandomLayers(display);
   const std::vector<Viewer> viewers = Viewers(display);
   std::vector<EyePicture> whole;
   for (const Viewer& viewer : viewers) {
@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
                     std::pair{"square", Lenslets(LensletArray::Lattice::kSquare)},
                     std::pair{"hexagonal", Lenslets(LensletArray::Lattice::kHexagonal)},
                     std::pair{"lenticular", Slanted()}, std::pair{"bare", Bare()}),
-    [](const auto& info) { return info.param.first; });
+    [](const auto& optics) { return optics.param.first; });
 
 TEST(PlanStrips, RefusesAnEyeInsideTheDisplay) {
   const Display display = RealBarriers();
