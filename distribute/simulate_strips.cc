@@ -18,7 +18,7 @@ namespace {
 constexpr double kPixelBytes = sizeof(Rgb) + sizeof(float);
 
 // Some rows of a viewer's picture and what they need.
-struct Band {
+struct PictureBand {
   std::size_t viewer = 0;
   RowRange picture;
   double height_mm = 0;            // of their first line of sight on z = 0
@@ -32,9 +32,9 @@ RowRange InBlocks(const RowRange& rows, int all_rows) {
   return {rows.first / kBlockRows * kBlockRows, std::min(end, all_rows)};
 }
 
-std::vector<Band> BandsOf(const Display& display, const Viewer& viewer, std::size_t index) {
+std::vector<PictureBand> BandsOf(const Display& display, const Viewer& viewer, std::size_t index) {
   const Eye& eye = viewer.eye;
-  std::vector<Band> bands;
+  std::vector<PictureBand> bands;
   for (int first = 0; first < eye.height; first += kPictureBandRows) {
     const double y = eye.top_mm - first * eye.pixel_mm, at = eye.position.y();
     const double to_z0 = eye.position.z() / (eye.position.z() - eye.plane_mm);
@@ -56,18 +56,19 @@ std::vector<Band> BandsOf(const Display& display, const Viewer& viewer, std::siz
 }
 
 // From the top to the bottom of z = 0.
-std::vector<Band> BandsOfAll(const Display& display, const std::vector<Viewer>& viewers) {
-  std::vector<std::vector<Band>> of_viewer(viewers.size());
+std::vector<PictureBand> BandsOfAll(const Display& display, const std::vector<Viewer>& viewers) {
+  std::vector<std::vector<PictureBand>> of_viewer(viewers.size());
   ParallelForEach(0, std::ssize(viewers), [&](std::int64_t i) {
     const auto v = static_cast<std::size_t>(i);
     of_viewer[v] = BandsOf(display, viewers[v], v);
   });
-  std::vector<Band> bands;
-  for (std::vector<Band>& more : of_viewer) {
+  std::vector<PictureBand> bands;
+  for (std::vector<PictureBand>& more : of_viewer) {
     std::move(more.begin(), more.end(), std::back_inserter(bands));
   }
-  std::stable_sort(bands.begin(), bands.end(),
-                   [](const Band& a, const Band& b) { return a.height_mm > b.height_mm; });
+  std::stable_sort(bands.begin(), bands.end(), [](const PictureBand& a, const PictureBand& b) {
+    return a.height_mm > b.height_mm;
+  });
   return bands;
 }
 
@@ -95,7 +96,7 @@ double BytesOfWindow(const std::vector<RowRange>& rows, const Display& display) 
 }
 
 // The first rows that each band or one after it needs, which a window there must not leave behind.
-std::vector<std::vector<int>> FirstRowsToCome(const std::vector<Band>& bands,
+std::vector<std::vector<int>> FirstRowsToCome(const std::vector<PictureBand>& bands,
                                               const Display& display) {
   std::vector<int> first(display.layers.size(), display.emitter_rows());
   std::vector<std::vector<int>> to_come(bands.size());
@@ -109,7 +110,7 @@ std::vector<std::vector<int>> FirstRowsToCome(const std::vector<Band>& bands,
   return to_come;
 }
 
-void AddPart(const Band& band, std::vector<EmitterStripPlan::Part>& parts) {
+void AddPart(const PictureBand& band, std::vector<EmitterStripPlan::Part>& parts) {
   for (EmitterStripPlan::Part& part : parts) {
     if (part.viewer != band.viewer) continue;
     part.picture = part.picture.With(band.picture);
@@ -170,7 +171,7 @@ class EmitterWindow {
 std::vector<EmitterStripPlan> PlanStrips(const Display& display, const std::vector<Viewer>& viewers,
                                          double bytes) {
   for (const Viewer& viewer : viewers) CheckEye(display, viewer.eye);
-  const std::vector<Band> bands = BandsOfAll(display, viewers);
+  const std::vector<PictureBand> bands = BandsOfAll(display, viewers);
   const std::vector<std::vector<int>> to_come = FirstRowsToCome(bands, display);
   std::vector<EmitterStripPlan> plan;
   std::vector<int> end(display.layers.size());  // never falls, for rows to be read once

@@ -48,7 +48,7 @@ TEST(AddFiltered, AddsWhatEachTakesOfTheRow) {
     for (std::size_t i = 0; i < firsts.size(); ++i) {
       for (int t = 0; t < taps; ++t) {
         Add(weights[i * static_cast<std::size_t>(taps) + static_cast<std::size_t>(t)],
-            row[static_cast<std::size_t>(firsts[i] + t)], expected[i]);
+            row.data()[firsts[i] + t], expected[i]);
       }
       ExpectNear(sums[i], expected[i]);
     }

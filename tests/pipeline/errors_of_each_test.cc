@@ -24,7 +24,7 @@ TEST(ErrorsOfEach, RunsAllAndTellsTheFirst) {
     ThrowFirst(errors);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_EQ(std::string(error.what()).rfind("4", 0), 0U) << error.what();
+    EXPECT_EQ(std::string(error.what()).front(), '4') << error.what();
   }
 }
 

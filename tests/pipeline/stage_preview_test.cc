@@ -445,7 +445,7 @@ TEST_F(StagePreviewTest, ShowsTheSamePicturesWithAnyMemoryAndSaysHowMuchItNeeds)
     options.memory_gib = 0.01;  // less than the program itself takes
     EXPECT_EQ(Preview(options), whole);
     ASSERT_EQ(Warnings("--memory 0.01 cannot be held").size(), 1U);
-    EXPECT_EQ(Warnings("and the lowest strip of emitters").size(), 1U);
+    EXPECT_EQ(Warnings("and the page or the lowest strip of emitters").size(), 1U);
     for (const char* part : {"layers", "steps"}) EXPECT_EQ(PageData().at(part), page.at(part));
   }
 }
