@@ -1,5 +1,6 @@
 #include "pipeline/panel_images.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -70,31 +71,44 @@ Decode DecoderOf(const LayersRecord& record, int layer, const JsonObject& frames
   };
 }
 
-// Rows of a panel's frame, with the coverage of the layers' emitters.
+// Rows of a panel's frame, with the coverage of the layers' emitters. A calibrated panel is decoded
+// whole: its pixels give light to each other, and where they lie says how bright they are.
 class PanelRows {
  public:
   PanelRows(const ReadEmitterRows& emitters, const Display& display, int layer,
-            const fs::path& frame, Decode decode)
+            const fs::path& frame, Decode decode, bool is_calibrated)
       : emitters_(emitters),
         display_(display),
         layer_(display.layers[static_cast<std::size_t>(layer)]),
         frame_(OpenFrame(frame, display)),
-        decode_(std::move(decode)) {}
+        decode_(std::move(decode)),
+        is_calibrated_(is_calibrated) {}
 
   EmitterImage Read(int first_row, int end_row) {
-    const int binning = display_.binning_px;
     EmitterImage emitters = emitters_(first_row, end_row);
-    const Image<Rgb> light = decode_(frame_.Read(first_row * binning, end_row * binning).span());
-    emitters.color = EmittersFromPanel<Rgb>(display_, layer_, light.span());
+    if (is_calibrated_) {
+      if (whole_.empty()) whole_ = Decoded(0, display_.emitter_rows());
+      std::copy_n(whole_.row(first_row), emitters.color.size(), emitters.color.data());
+    } else {
+      emitters.color = Decoded(first_row, end_row);
+    }
     return emitters;
   }
 
  private:
+  Image<Rgb> Decoded(int first_row, int end_row) {
+    const int binning = display_.binning_px;
+    const Image<Rgb> light = decode_(frame_.Read(first_row * binning, end_row * binning).span());
+    return EmittersFromPanel<Rgb>(display_, layer_, light.span());
+  }
+
   const ReadEmitterRows emitters_;
   const Display& display_;
   const Layer& layer_;
   CodeRowsReader frame_;
   const Decode decode_;
+  const bool is_calibrated_;
+  Image<Rgb> whole_;
 };
 
 OpenEmitters OpenStrokes(const OpenEmitters& emitters, const fs::path& folder,
@@ -152,12 +166,13 @@ PanelImages OpenPanelImages(const Workspace& workspace, const LayersRecord& reco
   if (const auto strokes = LoadStrokeFrames(folder, display)) {
     return {OpenStrokes(emitters, folder, *strokes, display), true};
   }
-  const auto open = [emitters, &display, frames = FramesOf(folder, record, json)](
-                        int layer, int slot) -> ReadEmitterRows {
+  const auto open = [emitters, &display, is_calibrated = record.calibration.has_value(),
+                     frames = FramesOf(folder, record, json)](int layer,
+                                                              int slot) -> ReadEmitterRows {
     const LayerFrames& of_layer = frames[static_cast<std::size_t>(layer)];
     const auto rows = std::make_shared<PanelRows>(emitters(layer, slot), display, layer,
                                                   of_layer.files[static_cast<std::size_t>(slot)],
-                                                  of_layer.decode);
+                                                  of_layer.decode, is_calibrated);
     return [rows](int first_row, int end_row) { return rows->Read(first_row, end_row); };
   };
   return {open, false};
