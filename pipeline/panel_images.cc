@@ -144,7 +144,7 @@ std::vector<LayerFrames> FramesOf(const fs::path& folder, const LayersRecord& re
   std::vector<LayerFrames> frames(layers.size());
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const int k = SlotsPerAxis(record.display.layers[l]);
-    frames[l].files.resize(static_cast<std::size_t>(k * k));
+    frames[l].files.resize(static_cast<std::size_t>(k) * static_cast<std::size_t>(k));
     for (const JsonObject& frame : layers[l].Objects("frames")) {
       if (frame.Text("role") != "emitter") continue;
       frames[l].files[static_cast<std::size_t>(frame.Whole("slot", 0, k * k - 1))] =
