@@ -97,14 +97,15 @@ std::vector<PatternShot> PhotometricShots(const Calibration& calibration) {
     AddLayer(layer, once);
   }
   if (shots.size() == 1) {
+    std::string fix = "give its response by hand: `response` and `black` of calibration.json";
+    if (HasLenses(calibration)) {
+      fix +=
+          "; to know the crosstalk, photograph one lit column without the lens sheet and give "
+          "`crosstalk`";
+    }
     throw UsageError(calibration.display,
                      "has no layer with a modulator, before which alone levels are one panel's",
-                     HasLenses(calibration)
-                         ? "give its response by hand: `response` and `black` of "
-                           "calibration.json; to know the crosstalk, photograph one lit column "
-                           "without the lens sheet and give `crosstalk`"
-                         : "give its response by hand: `response` and `black` of "
-                           "calibration.json");
+                     fix);
   }
   shots.insert(shots.end(), once.begin(), once.end());
   return shots;

@@ -478,6 +478,17 @@ LayerImages Distribute(const RaySource& source, const Display& display,
   return images;
 }
 
+OptionField MemoryField(double& gib) {
+  return {"memory_gib",
+          "emitters are made, and shown to the preview's eyes, in strips, so that all fits into "
+          "this much memory, GiB",
+          &gib,
+          0.1,
+          1e4,
+          {},
+          "--memory"};
+}
+
 OptionTable Describe(LayersOptions& options) {
   OptionTable table{
       "layers",
@@ -547,14 +558,7 @@ OptionTable Describe(LayersOptions& options) {
         1e6,
         {},
         "--border-offset-mm"},
-       {"memory_gib",
-        "emitters are made, and shown to the preview's eyes, in strips, so that all fits into "
-        "this much memory, GiB",
-        &options.memory_gib,
-        0.1,
-        1e4,
-        {},
-        "--memory"}}};
+       MemoryField(options.memory_gib)}};
   for (OptionField& field : Describe(options.placement)) table.fields.push_back(std::move(field));
   return table;
 }

@@ -37,6 +37,8 @@ struct LayersOptions {
   double memory_gib = 4;
 };
 OptionTable Describe(LayersOptions& options);
+// --memory, of all stages that work in strips.
+OptionField MemoryField(double& gib);
 void ApplyQuality(Quality quality, LayersOptions& options);
 
 // One time slot of one layer: emitters, linear light; coverage 0 = unknown (colour is then black),

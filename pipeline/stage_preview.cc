@@ -441,14 +441,7 @@ OptionTable Describe(PreviewOptions& options) {
             {},
             {},
             {"frames", "layers"}},
-           {"memory_gib",
-            "emitters are made, and shown to the preview's eyes, in strips, so that all fits into "
-            "this much memory, GiB",
-            &options.memory_gib,
-            0.1,
-            1e4,
-            {},
-            "--memory"}}};
+           MemoryField(options.memory_gib)}};
 }
 
 void ApplyQuality(Quality quality, PreviewOptions& options) {

@@ -137,6 +137,19 @@ TEST(FitCrosstalk, ErrsByWhatItStates) {  // by noise, then by the pupil
   ExpectAboutOne(ErrorsOverDraws({8, 1, 1, 0.1, 0.05}, SpreadKind::kWholePixels, 0.6, 1e6));
 }
 
+// So narrow a diffuse spread is none in whole pixels; that is not known without error.
+TEST(FitCrosstalk, IsNeverCertainOfAnEmittersOwnLight) {
+  const CrosstalkSetup setup{8, 1, 1, 0.1, 0.05};
+  std::vector<VectorXd> series;
+  for (int j = 0; j < 4; ++j) {
+    series.push_back(1e4 * ViewsSeen(setup, SpreadKind::kDiffuse, 0.2, 0.37 * j - 0.4));
+    for (int k = 0; k < 8; ++k) series.back()(k) += 20 * std::sin(7.0 * j + 3.0 * k) + 100;
+  }
+  const CrosstalkFit fit = FitCrosstalk(series, setup, "layer 0");
+  EXPECT_GT(fit.neighbour_sd, 0);
+  EXPECT_GT(fit.own_sd, 0);
+}
+
 TEST(FitCrosstalk, RefusesWhatIsNotWhole) {
   const auto refusal = [](const std::vector<VectorXd>& series) {
     try {

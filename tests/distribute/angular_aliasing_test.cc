@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "distribute/displays.h"
+#include "tests/distribute/centred_eye.h"
 #include "tests/reference/analytic_scene.h"
 
 namespace lamella {
@@ -17,14 +18,7 @@ namespace {
 constexpr double kAliasingViewerMm = 600, kAliasingPixelMm = 0.1;
 
 Eye AliasingEye(double x, int width) {
-  Eye eye;
-  eye.position = {x, 0, kAliasingViewerMm};
-  eye.left_mm = -width / 2.0 * kAliasingPixelMm;
-  eye.top_mm = kAliasingPixelMm / 2;
-  eye.pixel_mm = kAliasingPixelMm;
-  eye.width = width;
-  eye.height = 1;
-  return eye;
+  return CentredEye({x, 0, kAliasingViewerMm}, kAliasingPixelMm, width, 1);
 }
 
 // Of a plane: seen and target by the place on it, mm.

@@ -9,6 +9,7 @@
 
 #include "distribute/displays.h"
 #include "lightfield/parallel.h"
+#include "tests/distribute/centred_eye.h"
 
 namespace lamella {
 namespace {
@@ -21,14 +22,8 @@ constexpr double kMean = 0.5, kContrast = 0.4;
 double Sinc(double t) { return t == 0 ? 1 : std::sin(M_PI * t) / (M_PI * t); }
 
 Eye EyeAt(double x, double pixel_mm, int width, int height, double plane_mm = 0) {
-  Eye eye;
-  eye.position = {x, 0, kDistance};
+  Eye eye = CentredEye({x, 0, kDistance}, pixel_mm, width, height);
   eye.plane_mm = plane_mm;
-  eye.left_mm = -width / 2.0 * pixel_mm;
-  eye.top_mm = height / 2.0 * pixel_mm;
-  eye.pixel_mm = pixel_mm;
-  eye.width = width;
-  eye.height = height;
   return eye;
 }
 
@@ -113,8 +108,9 @@ double OverHexagon(double frequency, double pitch, bool along_y) {
   double sum = 0;
   int inside = 0;
   for (int i = 0; i < kSteps * kSteps; ++i) {
-    const double x = pitch * 1.2 * ((i % kSteps + 0.5) / kSteps - 0.5);
-    const double y = pitch * 1.2 * ((i / kSteps + 0.5) / kSteps - 0.5);
+    const int column = i % kSteps, row = i / kSteps;
+    const double x = pitch * 1.2 * ((column + 0.5) / kSteps - 0.5);
+    const double y = pitch * 1.2 * ((row + 0.5) / kSteps - 0.5);
     const double tilted = std::abs(x) / 2 + std::abs(y) * std::sqrt(3.0) / 2;
     if (std::max(std::abs(x), tilted) > pitch / 2) continue;
     sum += std::cos(2 * M_PI * frequency * (along_y ? y : x));

@@ -12,6 +12,7 @@
 #include "distribute/displays.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
+#include "tests/distribute/centred_eye.h"
 #include "tests/reference/analytic_scene.h"
 
 namespace lamella {
@@ -22,14 +23,7 @@ constexpr double kHaloPitchMm = 0.311316, kHaloGapMm = 5,
 constexpr float kBehindAll = std::numeric_limits<float>::infinity();
 
 Eye HaloEye(int width, int height, double pixel_mm) {
-  Eye eye;
-  eye.position = {0, 0, kHaloViewerMm};
-  eye.left_mm = -width / 2.0 * pixel_mm;
-  eye.top_mm = height / 2.0 * pixel_mm;
-  eye.pixel_mm = pixel_mm;
-  eye.width = width;
-  eye.height = height;
-  return eye;
+  return CentredEye({0, 0, kHaloViewerMm}, pixel_mm, width, height);
 }
 
 SeenScene DepthsOf(const Eye& eye, const std::function<float(int, int)>& z) {

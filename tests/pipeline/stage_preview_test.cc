@@ -437,9 +437,11 @@ TEST_F(StagePreviewTest, WritesTheSameBytesWithAnyNumberOfThreads) {
 TEST_F(StagePreviewTest, ShowsTheSamePicturesWithAnyMemoryAndSaysHowMuchItNeeds) {
   for (const char* source : {"frames", "layers"}) {
     PreviewOptions options = Small();
+    options.positions = 2;  // the middle one, right of the middle, looks to the left for aliasing
     options.focus_planes = 2;
     options.source = source;
     const std::string whole = Preview(options);
+    EXPECT_NEAR(Metrics().at("mean").at("angular_aliasing").at("step_mm"), -9.18, 0.01);
     EXPECT_TRUE(Warnings("cannot be held").empty());
     const nlohmann::json page = PageData();
     options.memory_gib = 0.01;  // less than the program itself takes
