@@ -12,37 +12,55 @@
 namespace lamella {
 namespace {
 
-// Emitter rows whose sums one task owns. More rows share more of the samples' rows, fewer keep
-// more threads busy.
-constexpr int kLeastBandRows = 32, kMostBandRows = 128;
-constexpr int kBandsPerThread = 4;
+// Layers that take of a row of samples in one go: it comes from far, so it is read once for both.
+constexpr std::size_t kLayersTogether = 2;
+// Rows of samples whose emitters' sums one task owns, and such tasks. What emitters at a border
+// reach beyond it is taken twice.
+constexpr int kLeastBandRows = 32, kBandsPerThread = 4;
 
-int BandRows(std::span<const LayerSums> layers) {
-  int rows = 0;
-  for (const LayerSums& layer : layers) rows += layer.sums.slots.at(0).height();
-  return std::clamp(rows / (kBandsPerThread * NumThreads()), kLeastBandRows, kMostBandRows);
-}
-
-// The overlaps along y of some emitter rows of a layer, by their first sample: so each row of
-// samples is needed once.
-struct Band {
+// A row of emitters of layer first_layer + layer of a band, and what it takes along y.
+struct BandRow {
   int layer = 0;
-  std::vector<const Overlap*> rows;
-  int first_sample() const { return rows.empty() ? 0 : rows[0]->first_sample; }
+  const Overlap* overlap = nullptr;
 };
 
-void AddBands(int layer, const LayerSums& of, int node_y, int band_rows, std::vector<Band>& bands) {
-  const int rows = of.sums.slots.at(0).height();
-  const std::size_t first = bands.size();
-  bands.resize(first + Index((rows + band_rows - 1) / band_rows), Band{layer, {}});
-  for (const Overlap& overlap : of.overlaps.y.nodes[Index(node_y)]) {
-    const int band = (overlap.emitter - of.sums.first_row) / band_rows;
-    bands[first + Index(band)].rows.push_back(&overlap);
+// Rows of emitters of some layers that follow each other, by their first sample: so each row of
+// samples is needed once.
+struct Band {
+  std::span<LayerSums> layers;
+  int first_layer = 0;
+  std::vector<BandRow> rows;
+};
+
+int NumBands(int sample_rows) {
+  const int threads = NumThreads();
+  const int most = kBandsPerThread * threads;
+  const int rounds = (sample_rows + kLeastBandRows * threads - 1) / (kLeastBandRows * threads);
+  return std::clamp(rounds * threads, 1, most);
+}
+
+void AddBands(std::span<LayerSums> layers, int first_layer, int node_y, std::vector<Band>& bands) {
+  std::vector<BandRow> rows;
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    if (!layers[l].overlaps.own.empty()) continue;
+    for (const Overlap& overlap : layers[l].overlaps.y.nodes[Index(node_y)]) {
+      rows.push_back({static_cast<int>(l), &overlap});
+    }
   }
-  for (std::size_t i = first; i < bands.size(); ++i) {
-    std::stable_sort(
-        bands[i].rows.begin(), bands[i].rows.end(),
-        [](const Overlap* a, const Overlap* b) { return a->first_sample < b->first_sample; });
+  if (rows.empty()) return;
+  const auto first_sample = [](const BandRow& row) { return row.overlap->first_sample; };
+  std::stable_sort(rows.begin(), rows.end(), [&](const BandRow& a, const BandRow& b) {
+    return first_sample(a) < first_sample(b);
+  });
+  const int first = first_sample(rows.front()), count = first_sample(rows.back()) + 1 - first;
+  const int num_bands = NumBands(count);
+  auto from = rows.begin();
+  for (int i = 1; i <= num_bands; ++i) {
+    const int end = first + static_cast<int>(std::int64_t{count} * i / num_bands);
+    const auto to = std::find_if(from, rows.end(),
+                                 [&](const BandRow& row) { return first_sample(row) >= end; });
+    if (to != from) bands.push_back({layers, first_layer, {from, to}});
+    from = to;
   }
 }
 
@@ -130,14 +148,20 @@ struct Extent {
   int count() const { return std::max(end - first, 0); }
 };
 
-// A node's part in a band.
+// A node, and what each of the band's layers takes of its rows of samples, beside each other.
 struct NodeInBand {
   const NodeSamples& samples;
   RowWindow taken;
 };
 
-// A family's columns, all nodes' parts together, and the rows of samples that were filtered to
-// them.
+bool TakesAny(const LayerOverlaps& overlaps, int node_x) {
+  return std::any_of(overlaps.x.begin(), overlaps.x.end(), [&](const AxisOverlaps& family) {
+    return !family.nodes[Index(node_x)].empty();
+  });
+}
+
+// A family's columns, the parts of some nodes together, and the rows of samples that were filtered
+// to them.
 class FamilyRows {
  public:
   FamilyRows(const AxisOverlaps& x, std::span<const NodeInBand> nodes, int slots, int most_rows)
@@ -159,12 +183,12 @@ class FamilyRows {
     filtered_ = std::make_unique<RowWindow>(most_rows, width_);
   }
 
-  // Rows of samples that all nodes have taken.
-  void Filter(std::span<NodeInBand> nodes, const Overlap& rows) {
+  // Rows of samples of which a layer has taken its part.
+  void Filter(std::span<NodeInBand> nodes, int layer, const Overlap& rows) {
     filtered_->Fill(rows.first_sample, rows.num_samples, [&](int j, Light* out) {
       std::fill_n(out, width_, Light());
       for (std::size_t n = 0; n < nodes.size(); ++n) {
-        const Light* taken = nodes[n].taken.Row(j);
+        const Light* taken = nodes[n].taken.Row(j) + layer * nodes[n].samples.samples.width;
         for (const Run& run : runs_[n]) {
           const Extent& extent = extents_[Index(run.slot)];
           AddFiltered(taken, run.firsts, run.weights.data(), run.taps,
@@ -196,37 +220,76 @@ class FamilyRows {
   std::vector<const Light*> taps_;
 };
 
-// Light of all nodes is added up along rows before it goes down columns: sums of emitters, too many
-// for the cache, are then met once for each tap of a column and not for each node's.
-void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWeights& weights,
-             LayerSums& layer) {
-  int most_rows = 1;
-  for (const Overlap* row : band.rows) most_rows = std::max(most_rows, row->num_samples);
-  std::vector<NodeInBand> in_band;
-  in_band.reserve(nodes.size());
-  const LayerOverlaps& overlaps = layer.overlaps;
-  for (const NodeSamples& node : nodes) {
-    const auto takes = [&](const AxisOverlaps& x) { return !x.nodes[Index(node.node_x)].empty(); };
-    if (std::none_of(overlaps.x.begin(), overlaps.x.end(), takes)) continue;
-    in_band.push_back({node, RowWindow(most_rows, node.samples.width)});
+// Some nodes of a band. Their light is added up along rows before it goes down columns: sums of
+// emitters, too many for the cache, are then met once for each tap of a column and not for each
+// node's.
+class NodeGroup {
+ public:
+  NodeGroup(std::span<const NodeSamples> nodes, std::span<LayerSums> layers, int most_rows)
+      : most_rows_(most_rows) {
+    nodes_.reserve(nodes.size());
+    for (const LayerSums& layer : layers) families_.emplace_back(layer.overlaps.x.size());
+    for (const NodeSamples& node : nodes) {
+      if (std::none_of(layers.begin(), layers.end(), [&](const LayerSums& layer) {
+            return TakesAny(layer.overlaps, node.node_x);
+          })) {
+        continue;
+      }
+      const int layers_width = node.samples.width * static_cast<int>(layers.size());
+      nodes_.push_back({node, RowWindow(most_rows, layers_width)});
+    }
   }
-  std::vector<std::unique_ptr<FamilyRows>> families(overlaps.x.size());
-  std::vector<int> rows_left(families.size(), 0);  // where each row is a family, few live at a time
-  for (const Overlap* row : band.rows) ++rows_left[Index(row->family)];
-  for (const Overlap* row : band.rows) {
-    for (auto& [node, taken] : in_band) {
-      taken.Fill(row->first_sample, row->num_samples, [&, &node = node](int j, Light* out) {
-        TakeRow(node.samples.row(j - node.first_y), node.samples.width, weights, band.layer, out);
+
+  // Adds to a row of emitters of a layer.
+  void Add(const BandRow& row, const LayerWeights& weights, int first_layer, LayerSums& layer) {
+    const Overlap& overlap = *row.overlap;
+    const int layers = static_cast<int>(families_.size());
+    for (auto& [node, taken] : nodes_) {
+      taken.Fill(overlap.first_sample, overlap.num_samples, [&, &node = node](int j, Light* out) {
+        TakeRow(node.samples.row(j - node.first_y), node.samples.width, weights, first_layer,
+                layers, out);
       });
     }
-    std::unique_ptr<FamilyRows>& family = families[Index(row->family)];
+    std::unique_ptr<FamilyRows>& family = families_[Index(row.layer)][Index(overlap.family)];
     if (!family) {
-      family = std::make_unique<FamilyRows>(overlaps.x[Index(row->family)], in_band,
-                                            layer.sums.slots_per_axis, most_rows);
+      family = std::make_unique<FamilyRows>(layer.overlaps.x[Index(overlap.family)], nodes_,
+                                            layer.sums.slots_per_axis, most_rows_);
     }
-    family->Filter(in_band, *row);
-    family->AddTo(*row, overlaps.y.weights.data(), layer.sums);
-    if (--rows_left[Index(row->family)] == 0) family.reset();
+    family->Filter(nodes_, row.layer, overlap);
+    family->AddTo(overlap, layer.overlaps.y.weights.data(), layer.sums);
+  }
+
+  void Drop(const BandRow& row) { families_[Index(row.layer)][Index(row.overlap->family)].reset(); }
+
+ private:
+  int most_rows_;
+  std::vector<NodeInBand> nodes_;
+  std::vector<std::vector<std::unique_ptr<FamilyRows>>> families_;  // by layer and family
+};
+
+void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWeights& weights) {
+  int most_rows = 1;
+  std::vector<std::vector<int>> rows_left;  // where each row is a family, few live at a time
+  for (const LayerSums& layer : band.layers) rows_left.emplace_back(layer.overlaps.x.size());
+  for (const BandRow& row : band.rows) {
+    most_rows = std::max(most_rows, row.overlap->num_samples);
+    ++rows_left[Index(row.layer)][Index(row.overlap->family)];
+  }
+  std::vector<NodeGroup> groups;
+  for (auto from = nodes.begin(); from != nodes.end();) {
+    const int group = from->node_x / kNodesTogether;
+    const auto to = std::find_if(from, nodes.end(), [&](const NodeSamples& node) {
+      return node.node_x / kNodesTogether != group;
+    });
+    groups.emplace_back(std::span(from, to), band.layers, most_rows);
+    from = to;
+  }
+  for (const BandRow& row : band.rows) {
+    const bool last = --rows_left[Index(row.layer)][Index(row.overlap->family)] == 0;
+    for (NodeGroup& group : groups) {
+      group.Add(row, weights, band.first_layer, band.layers[Index(row.layer)]);
+      if (last) group.Drop(row);
+    }
   }
 }
 
@@ -235,22 +298,16 @@ void AddBand(const Band& band, std::span<const NodeSamples> nodes, const LayerWe
 void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
                 std::span<LayerSums> layers) {
   std::vector<Band> bands;
-  const int band_rows = BandRows(layers);
-  for (std::size_t l = 0; l < layers.size(); ++l) {
-    const int layer = static_cast<int>(l);
-    if (layers[l].overlaps.own.empty()) {
-      AddBands(layer, layers[l], node_y, band_rows, bands);
-    } else {
-      AccumulateOwn(nodes, node_y, weights, layer, layers[l]);
-    }
+  for (std::size_t l = 0; l < layers.size(); l += kLayersTogether) {
+    AddBands(layers.subspan(l, std::min(kLayersTogether, layers.size() - l)), static_cast<int>(l),
+             node_y, bands);
   }
-  // Bands of the same samples after each other.
-  std::stable_sort(bands.begin(), bands.end(), [](const Band& a, const Band& b) {
-    return a.first_sample() < b.first_sample();
-  });
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    if (layers[l].overlaps.own.empty()) continue;
+    AccumulateOwn(nodes, node_y, weights, static_cast<int>(l), layers[l]);
+  }
   ParallelForEach(0, static_cast<std::int64_t>(bands.size()), [&](std::int64_t i) {
-    const Band& band = bands[static_cast<std::size_t>(i)];
-    AddBand(band, nodes, weights, layers[Index(band.layer)]);
+    AddBand(bands[static_cast<std::size_t>(i)], nodes, weights);
   });
 }
 

@@ -54,10 +54,14 @@ struct LayerSums {
   EmitterSums sums;
 };
 
-// Nodes of one row of nodes; many at a time are faster, since they share emitters. A layer takes a
-// sample by its weight, black where another layer shows it (a shadow), and not at all where it is
-// unknown or not finite. The samples cover those of all overlaps. Parallel over layers and bands of
-// emitter rows.
+// Nodes of a row whose light is added up along rows together: 0 and 1, 2 and 3 and so on. Where
+// none of these are parted, sums have the same bits however many nodes come at a time.
+inline constexpr int kNodesTogether = 2;
+
+// Nodes of one row of nodes, rising; many at a time are faster, since they share emitters. A layer
+// takes a sample by its weight, black where another layer shows it (a shadow), and not at all where
+// it is unknown or not finite. The samples cover those of all overlaps. Parallel over layers and
+// bands of emitter rows.
 void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeights& weights,
                 std::span<LayerSums> layers);
 

@@ -21,16 +21,18 @@ constexpr std::size_t kStep = hn::MaxLanes(LightTag());
 
 #if HWY_TARGET == HWY_SCALAR
 
-void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
-             Light* out) {
-  for (int i = 0; i < count; ++i) {
-    const RaySample& sample = samples[i];
-    const float light = sample.color.r + sample.color.g + sample.color.b;
-    out[i] = Light();
-    if (!(sample.coverage > 0 && std::isfinite(light))) continue;
-    const float scale = weights.Weight(layer, sample.z) * sample.coverage;
-    out[i] = {scale * sample.color.r, scale * sample.color.g, scale * sample.color.b,
-              sample.coverage};
+void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int first_layer,
+             int layers, Light* out) {
+  for (int l = 0; l < layers; ++l, out += count) {
+    for (int i = 0; i < count; ++i) {
+      const RaySample& sample = samples[i];
+      const float light = sample.color.r + sample.color.g + sample.color.b;
+      out[i] = Light();
+      if (!(sample.coverage > 0 && std::isfinite(light))) continue;
+      const float scale = weights.Weight(first_layer + l, sample.z) * sample.coverage;
+      out[i] = {scale * sample.color.r, scale * sample.color.g, scale * sample.color.b,
+                sample.coverage};
+    }
   }
 }
 
@@ -44,7 +46,7 @@ using Floats = hn::VFromD<FloatTag>;
 static_assert(sizeof(RaySample) == 24 && sizeof(Light) == 16);
 
 // Share of the depths in the odd lanes that lies in front of the border, in the same lanes.
-Floats InFront(Floats z, const LayerWeights::Border& border) {
+HWY_INLINE Floats InFront(Floats z, const LayerWeights::Border& border) {
   const FloatTag d;
   const auto one = hn::Set(d, 1.0F), at = hn::Set(d, border.at_mm);
   if (border.per_mm == 0) return hn::IfThenElseZero(hn::Ge(z, at), one);
@@ -53,9 +55,12 @@ Floats InFront(Floats z, const LayerWeights::Border& border) {
   return hn::IfThenElseZero(hn::Gt(t, hn::Zero(d)), hn::Min(t, one));
 }
 
-// As many samples as there are pairs in a vector.
-void TakePairs(const RaySample* samples, const LayerWeights::Border* behind,
-               const LayerWeights::Border* before, Light* out) {
+// As many samples as there are pairs in a vector, for kLayers layers, of which `borders` are behind
+// and before each; the layers' lights are `stride` apart.
+template <int kLayers>
+HWY_INLINE void TakePairs(const RaySample* samples,
+                          const std::array<const LayerWeights::Border*, kLayers + 1>& borders,
+                          std::size_t stride, Light* out) {
   const PairTag pairs;
   const FloatTag d;
   hn::VFromD<PairTag> rg_pairs, bz_pairs, cc_pairs;
@@ -63,30 +68,47 @@ void TakePairs(const RaySample* samples, const LayerWeights::Border* behind,
                        cc_pairs);
   const Floats rg = hn::BitCast(d, rg_pairs), bz = hn::BitCast(d, bz_pairs),
                cc = hn::BitCast(d, cc_pairs);
-  Floats weight = behind != nullptr ? InFront(bz, *behind) : hn::Set(d, 1.0F);
-  if (before != nullptr) weight = hn::Sub(weight, InFront(bz, *before));
   const auto light = hn::Add(hn::Add(hn::DupEven(rg), hn::DupOdd(rg)), hn::DupEven(bz));
   const auto coverage = hn::DupOdd(cc);
   const auto known = hn::And(hn::IsFinite(light), hn::Gt(coverage, hn::Zero(d)));
-  const auto scale = hn::Mul(hn::DupOdd(weight), coverage);
-  const auto first = hn::IfThenElseZero(known, hn::Mul(rg, scale));
-  const auto second = hn::IfThenElseZero(known, hn::OddEven(coverage, hn::Mul(bz, scale)));
-  hn::StoreInterleaved2(hn::BitCast(pairs, first), hn::BitCast(pairs, second), pairs,
-                        reinterpret_cast<std::uint64_t*>(out));
+  Floats behind = borders[0] != nullptr ? InFront(bz, *borders[0]) : hn::Set(d, 1.0F);
+  for (int l = 0; l < kLayers; ++l, out += stride) {
+    const Floats before = borders[l + 1] != nullptr ? InFront(bz, *borders[l + 1]) : hn::Zero(d);
+    const auto scale = hn::Mul(hn::DupOdd(hn::Sub(behind, before)), coverage);
+    const auto first = hn::IfThenElseZero(known, hn::Mul(rg, scale));
+    const auto second = hn::IfThenElseZero(known, hn::OddEven(coverage, hn::Mul(bz, scale)));
+    hn::StoreInterleaved2(hn::BitCast(pairs, first), hn::BitCast(pairs, second), pairs,
+                          reinterpret_cast<std::uint64_t*>(out));
+    behind = before;
+  }
 }
 
-void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
-             Light* out) {
-  const auto *behind = weights.Behind(layer), *before = weights.Before(layer);
+template <int kLayers>
+void TakeRowOf(const RaySample* samples, int count, const LayerWeights& weights, int first_layer,
+               Light* out) {
+  std::array<const LayerWeights::Border*, kLayers + 1> borders;
+  for (int l = 0; l < kLayers; ++l) borders[l] = weights.Behind(first_layer + l);
+  borders[kLayers] = weights.Before(first_layer + kLayers - 1);
+  constexpr std::size_t kMost = hn::MaxLanes(PairTag());
   const int step = static_cast<int>(hn::Lanes(PairTag()));
   int i = 0;
-  for (; i + step <= count; i += step) TakePairs(samples + i, behind, before, out + i);
+  for (; i + step <= count; i += step) {
+    TakePairs<kLayers>(samples + i, borders, static_cast<std::size_t>(count), out + i);
+  }
   if (i == count) return;
-  std::array<RaySample, hn::MaxLanes(PairTag())> rest{};
-  std::array<Light, hn::MaxLanes(PairTag())> taken;
+  std::array<RaySample, kMost> rest{};
+  std::array<Light, kLayers * kMost> taken;
   std::copy(samples + i, samples + count, rest.begin());
-  TakePairs(rest.data(), behind, before, taken.data());
-  std::copy_n(taken.begin(), count - i, out + i);
+  TakePairs<kLayers>(rest.data(), borders, kMost, taken.data());
+  for (int l = 0; l < kLayers; ++l) {
+    std::copy_n(taken.begin() + l * kMost, count - i, out + l * count + i);
+  }
+}
+
+void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int first_layer,
+             int layers, Light* out) {
+  const auto take = layers == 2 ? TakeRowOf<2> : TakeRowOf<1>;
+  take(samples, count, weights, first_layer, out);
 }
 
 #endif  // HWY_SCALAR
@@ -155,9 +177,9 @@ HWY_EXPORT(TakeRow);
 HWY_EXPORT(AddFiltered);
 HWY_EXPORT(AddRows);
 
-void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
-             Light* out) {
-  HWY_DYNAMIC_DISPATCH(TakeRow)(samples, count, weights, layer, out);
+void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int first_layer,
+             int layers, Light* out) {
+  HWY_DYNAMIC_DISPATCH(TakeRow)(samples, count, weights, first_layer, layers, out);
 }
 
 void AddFiltered(const Light* row, std::span<const int> firsts, const float* weights, int taps,

@@ -8,9 +8,10 @@
 
 namespace lamella {
 
-// What a layer shows of a row of samples.
-void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int layer,
-             Light* out);
+// What each of `layers` layers (1 or 2) from first_layer on shows of a row of samples: `count`
+// lights of a layer after those of the one behind it.
+void TakeRow(const RaySample* samples, int count, const LayerWeights& weights, int first_layer,
+             int layers, Light* out);
 
 // sums[i] += the sum over the taps t of weights[taps i + t] row[firsts[i] + t].
 void AddFiltered(const Light* row, std::span<const int> firsts, const float* weights, int taps,

@@ -125,7 +125,7 @@ void AccumulateOwn(std::span<const NodeSamples> nodes, int node_y, const LayerWe
     }
     ParallelForEach(0, light.height(), [&](std::int64_t y) {
       const int row = static_cast<int>(y);
-      TakeRow(node.samples.row(row), light.width(), weights, layer, light.row(row));
+      TakeRow(node.samples.row(row), light.width(), weights, layer, 1, light.row(row));
     });
     ParallelForEach(0, static_cast<std::int64_t>(sums.overlaps.own.size()), [&](std::int64_t i) {
       const OwnOverlaps& row = sums.overlaps.own[static_cast<std::size_t>(i)];

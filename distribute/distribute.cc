@@ -163,7 +163,7 @@ class Distributor {
         beams_(EnclosingBeams(display_, maps_, options)),
         nodes_(NodesOf(display_, beams_, !maps_.empty(), options)),
         strips_(StripsOf(display_, nodes_, source, !maps_.empty(), options.memory_gib * kGib)),
-        samples_(Index(kNodesAtATime)),
+        samples_(Index(NodesAtATime(display_, nodes_, strips_.at(0).rows()))),
         blur_(nodes_.planes_mm, display_.layers.size()),
         layers_(display_.layers.size()),
         sums_(display_.layers.size()) {
@@ -300,8 +300,9 @@ class Distributor {
     MakeRoom(rows);
     for (int node_y = 0; node_y < nodes_.y.count; ++node_y) {
       const SampleRange& y = rows[Index(node_y)];
-      for (int node_x = 0; node_x < nodes_.x.count; node_x += kNodesAtATime) {
-        const int end_x = std::min(node_x + kNodesAtATime, nodes_.x.count);
+      const int at_a_time = static_cast<int>(samples_.size());
+      for (int node_x = 0; node_x < nodes_.x.count; node_x += at_a_time) {
+        const int end_x = std::min(node_x + at_a_time, nodes_.x.count);
         AddNodes(node_x, end_x, node_y, y);
         progress.Advance(end_x - node_x);
       }

@@ -22,7 +22,9 @@ Image<Pixel> PanelFromEmitters(const Display& display, const Layer& layer, int r
       std::copy_n(panel.row(y - 1), display.width_px, row);
       continue;
     }
-    for (int x = 0; x < display.width_px; ++x) row[x] = pixel_of(x / binning, y / binning);
+    for (int x = 0; x < display.width_px / binning; ++x) {
+      std::fill_n(row + x * binning, binning, pixel_of(x, y / binning));
+    }
     if (layer.mirror_x) std::reverse(row, row + display.width_px);
   }
   return panel;

@@ -10,6 +10,10 @@
 namespace lamella {
 namespace {
 
+// More nodes at a time than those that are added together, while their samples take at most so many
+// bytes.
+constexpr double kNodesBytes = 64U << 20U;
+
 // Of a beam along one axis, with its overlaps and the room that their lists have to grow.
 constexpr double kBeamBytes = 128, kOverlapBytes = 96;
 int Widest(const std::vector<SampleRange>& ranges) {
@@ -102,41 +106,65 @@ double BytesOfOwnBeams(const Display& display, const NodeLattice& nodes, int row
   return bytes;
 }
 
+// Rows of samples that a beam takes.
+double SampleRowsOfBeam(const Display& display, const NodeLattice& nodes) {
+  int elements = 0;
+  for (const Layer& layer : display.layers) elements = std::max(elements, DirectionsPerAxis(layer));
+  return display.emitter_pitch_mm() / nodes.sample_y.size_mm * (elements + 2);
+}
+
+// Rows of samples of a node that a strip of `rows` rows takes. What their beams reach beyond the
+// strip, by their width and by where layers and panels stand, is what all rows' beams reach beyond
+// the panel.
+int SampleRows(const Display& display, const NodeLattice& nodes, int rows) {
+  const int whole = Widest(nodes.samples_y);
+  const double per_row = display.emitter_pitch_mm() / nodes.sample_y.size_mm;
+  if (!nodes.planes_mm.empty()) return whole;
+  const double beyond =
+      std::max(SampleRowsOfBeam(display, nodes), whole - per_row * display.emitter_rows());
+  const double needed = std::ceil(per_row * rows) + std::ceil(beyond);
+  return static_cast<int>(std::min(needed, static_cast<double>(std::max(whole, 1))));
+}
+
+double BytesOfSamples(const Display& display, const NodeLattice& nodes, int rows) {
+  return static_cast<double>(Widest(nodes.samples_x)) * SampleRows(display, nodes, rows) *
+         sizeof(RaySample);
+}
+
 }  // namespace
+
+int NodesAtATime(const Display& display, const NodeLattice& nodes, int rows) {
+  if (!nodes.planes_mm.empty()) return kNodesTogether;
+  const double bytes = kNodesTogether * std::max(BytesOfSamples(display, nodes, rows), 1.0);
+  const int most = (nodes.x.count + kNodesTogether - 1) / kNodesTogether;
+  const double groups = std::clamp(kNodesBytes / bytes, 1.0, std::max<double>(most, 1));
+  return kNodesTogether * static_cast<int>(groups);
+}
 
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
                      bool own_beams, int rows) {
-  const int width = Widest(nodes.samples_x), whole_height = Widest(nodes.samples_y);
-  int elements = 0, columns = 0, columns_of_slots = 0;
+  const int width = Widest(nodes.samples_x), height = SampleRows(display, nodes, rows);
+  const int at_a_time = NodesAtATime(display, nodes, rows);
+  int columns = 0, columns_of_slots = 0;
   for (const Layer& layer : display.layers) {
-    elements = std::max(elements, DirectionsPerAxis(layer));
     columns = std::max(columns, EmitterColumns(display, layer));
     columns_of_slots =
         std::max(columns_of_slots, SlotsPerAxis(layer) * EmitterColumns(display, layer));
   }
-  const double per_row = display.emitter_pitch_mm() / nodes.sample_y.size_mm;
   const bool blurs = !nodes.planes_mm.empty();
-  // What beams of a strip's rows reach beyond it, by their width and by where layers and panels
-  // stand, is what all rows' beams reach beyond the panel.
-  const double beam = per_row * (elements + 2);
-  const int beyond =
-      static_cast<int>(std::ceil(std::max(beam, whole_height - per_row * display.emitter_rows())));
-  const int reach = blurs ? whole_height : beyond;
-  const int height =
-      std::min(static_cast<int>(std::ceil(per_row * rows)) + reach, std::max(whole_height, 1));
-  const double samples = static_cast<double>(width) * height * sizeof(RaySample);
-  // A thread takes the rows of samples of one beam from each node and filters them to columns, for
-  // which it keeps weights; it gives away a block of emitters in two forms.
-  const double filtered = blurs ? whole_height : std::ceil(beam);
+  // A thread takes the rows of samples of one beam from each node, for two layers, and filters them
+  // to columns, of which neighbouring nodes share some and for which it keeps weights; it gives
+  // away a block of emitters in two forms.
+  const double filtered = blurs ? height : std::ceil(SampleRowsOfBeam(display, nodes));
   const double of_thread =
-      (kNodesAtATime * filtered * width + (filtered + 2) * columns_of_slots) * sizeof(Light) +
+      2 * (at_a_time * filtered * width + 2 * (filtered + 2) * columns_of_slots) * sizeof(Light) +
       2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
   const double beams =
       own_beams ? BytesOfOwnBeams(display, nodes, rows) : BytesOfBeams(display, nodes, rows);
   // The blur holds apart what is unknown, and a node's samples of a plane.
   return (blurs ? 2 : 1) * BytesOfSums(display, rows) + beams +
-         (blurs ? 3 : 1) * kNodesAtATime * samples + source.QueryBytes(width, height) +
-         NumThreads() * of_thread;
+         (blurs ? 3 : 1) * at_a_time * BytesOfSamples(display, nodes, rows) +
+         source.QueryBytes(width, height) + NumThreads() * of_thread;
 }
 
 std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,

@@ -17,14 +17,17 @@ struct Strip {
 
 // Emitters are given away, and files of them written, in blocks of so many rows.
 inline constexpr int kBlockRows = 32;
-// Nodes whose samples are held at a time: neighbours share emitters; more are hardly faster.
-inline constexpr int kNodesAtATime = 2;
 
 // What Distribute allocates at most while it works on strips of `rows` rows: the sums of light,
 // beams and their overlaps (of every emitter where these have beams of their own), the nodes'
 // samples, what the source needs to answer for them, and what threads hold.
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
                      bool own_beams, int rows);
+
+// Of a row of nodes, those whose samples are held at a time while the strips have `rows` rows:
+// whole groups of kNodesTogether. More share emitters, which is faster while all of it lies in the
+// caches.
+int NodesAtATime(const Display& display, const NodeLattice& nodes, int rows);
 
 // Even strips of whole blocks: as few as take at most `bytes`; where none does, of one block. Low
 // strips take long: what lies around a strip is asked for again for the next one.

@@ -1,7 +1,9 @@
 // The inner loops of distribute/accumulate.h against plain sums.
 #include "distribute/accumulate_kernels.h"
 
+#include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -69,6 +71,34 @@ TEST(AddRows, AddsRowsByTheirWeights) {
       Add(weights[0], a[x], expected[x]);
       Add(weights[1], b[x], expected[x]);
       ExpectNear(sums[x], expected[x]);
+    }
+  }
+}
+
+// One layer or two at a time, hard borders and soft ones, and what no layer takes.
+TEST(TakeRow, TakesByTheLayersWeightsAndNothingOfWhatIsUnknown) {
+  const std::vector<double> positions = {-10, 0, 10};
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  std::vector<RaySample> row;
+  for (const float z : {-kInf, -7.0F, -5.0F, -4.0F, 0.0F, 4.6F, 5.0F, 6.0F, kInf}) {
+    row.push_back({{0.25F, 0.5F, 0.75F}, z, 1, 0.5F});
+  }
+  row.push_back({{kInf, 0, 0}, 0, 1, 1});
+  row.push_back({{1, 1, 1}, 0, 1, 0});
+  const int count = static_cast<int>(row.size());
+  for (const double border_mm : {0.0, 4.0}) {
+    const LayerWeights weights(positions, border_mm);
+    for (const auto& [first_layer, layers] : {std::pair(0, 1), {1, 1}, {2, 1}, {0, 2}, {1, 2}}) {
+      std::vector<Light> taken(Index(layers * count), Light{9, 9, 9, 9});
+      TakeRow(row.data(), count, weights, first_layer, layers, taken.data());
+      for (int i = 0; i < layers * count; ++i) {
+        const RaySample& sample = row[Index(i % count)];
+        const bool known = i % count < count - 2;
+        const float scale =
+            known ? sample.coverage * weights.Weight(first_layer + i / count, sample.z) : 0;
+        const Rgb light = known ? scale * sample.color : Rgb();
+        ExpectNear(taken[Index(i)], {light.r, light.g, light.b, known ? sample.coverage : 0});
+      }
     }
   }
 }
