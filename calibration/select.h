@@ -30,7 +30,7 @@ struct Selection {
 // score test, which also spares the solution with what is not asked for). A group is freed where
 // all hold:
 //   chi^2 falls by more than q ln N for its q parameters (variance of the larger model)
-//   every direction of all parameters stays known (degeneracy >= 100)
+//   every direction of all parameters stays known (degeneracy >= 100; an index to 0.05)
 //   views left out (a fourth at a time) are predicted better by 2 standard errors of the mean
 //   square the ray map changes by more than 0.01 px RMS
 // What was refused is tried again when another group was freed, and what is freed is taken back

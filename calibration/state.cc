@@ -83,8 +83,9 @@ void AddLayer(ColumnMaker& maker, const Structure& structure, int i, const FreeG
   };
   maker.columns.emitter_shape.push_back(shape(emitter, has_emitter));
   maker.columns.modulator_shape.push_back(shape(modulator, has_modulator));
-  const bool index = free.index && relation && design.index > 1;
-  maker.columns.index.push_back(index ? maker.Next(name + " index", 0.02, "") : -1);
+  // Where the datasheet is in doubt, so is the material: it can be told at 0.05.
+  const bool index = free.index && relation;
+  maker.columns.index.push_back(index ? maker.Next(name + " index", 0.5, "") : -1);
   const bool plate = free.plate && design.plate && (has_emitter || has_modulator);
   maker.columns.plate.push_back(plate ? maker.Next(name + " plate thickness", 1, "mm") : -1);
 }

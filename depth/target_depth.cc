@@ -12,8 +12,7 @@ namespace lamella {
 namespace {
 
 // Rows of tiles that are merged together: few, so that their rays stay in cache and threads have
-// something to do; not one, since each band draws the squares at its border again. No value depends
-// on it.
+// something to do; not one, since each band draws the squares at its border again.
 constexpr int kBandTiles = 3;
 // Surfaces of several maps at one ray are one where they differ by less than this many softnesses
 // of the visibility test.
@@ -269,7 +268,8 @@ Image<float> TargetDepth(const BundleGeometry& geometry, const std::vector<Sourc
                          const NearnessRange& range, const ViewRanking& ranking,
                          const TargetDepthOptions& options, int first_row, int end_row) {
   const RayBundle& bundle = geometry.bundle();
-  const int first_tile = std::max(first_row / kTile - kFillTiles, 0);
+  // Bands begin where they always do: squares are rounded from a band's first row on.
+  const int first_tile = std::max(first_row / kTile - kFillTiles, 0) / kBandTiles * kBandTiles;
   const int end_tile = std::min(Tiles(end_row) + kFillTiles, Tiles(bundle.height));
   const int first = first_tile * kTile, end = std::min(end_tile * kTile, bundle.height);
   const Wishes wishes =
@@ -307,7 +307,7 @@ Image<float> TargetDepth(const BundleGeometry& geometry, const std::vector<Sourc
 
 double TargetDepthBytes(int width, int rows) {
   // Whole tiles with those around them: nearness, what fills its holes, and the wanted rows.
-  const double all = rows + 2.0 * (kFillTiles + 1) * kTile;
+  const double all = rows + (2.0 * (kFillTiles + 1) + kBandTiles - 1) * kTile;
   const double of_band = 2.0 * kBandTiles * kTile;
   return sizeof(float) * static_cast<double>(width) * (3 * all + NumThreads() * of_band);
 }

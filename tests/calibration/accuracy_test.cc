@@ -353,6 +353,13 @@ TEST(Accuracy, FreesTheGroupsThatTheDisplayHas) {
   ExpectFreed("plate 3 mm instead of 1", options, 0, {"plate thickness"});
   options.plate_mm = options.design_plate_mm = 0;
   ExpectFreed("index wrong by 0.01", options, 0.01, {});
+  options.columns = 23;
+  options.rows = 12;
+  ExpectFreed("index wrong by 0.1", options, 0.1, {"index"});
+  ExpectFreed("spacers that the design does not know", options, 1 - options.index, {"index"});
+  options.index = 1;
+  ExpectFreed("air, as designed", options, 0, {});
+  ExpectFreed("air for the design's acrylic", options, 0.49, {"index"});
 }
 
 // Sheets of 270 x 360 lenses photographed from two places at 6 dB, 100 000 pixels each (the short
