@@ -53,7 +53,7 @@ u = [{}, 0, 0.1]
 v = [-0.05, 0.8, 0]
 texture = {{ pattern = "noise", scale = 0.5, octaves = 5, light = [0.9, 0.4, 0.2] }}
 )";
-  const std::filesystem::path file = folder / "cards.toml";
+  std::filesystem::path file = folder / "cards.toml";
   WriteTextAtomically(file, fmt::format(kRecipe, scene.views, scene.width_px, scene.height_px,
                                         scene.wall_height, scene.card_width));
   return file;
