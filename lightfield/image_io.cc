@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <span>
@@ -18,86 +17,26 @@
 #include "lightfield/atomic_file.h"
 #include "lightfield/color.h"
 #include "lightfield/error.h"
-#include "lightfield/image_whole.h"
+#include "lightfield/image_file-inl.h"
+#include "lightfield/image_rows.h"
 #include "lightfield/large_pages.h"
 
 namespace lamella {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kReplaceIt = "replace the file or leave it out with --views '!NAME'";
-
-Error Unreadable(const fs::path& path, const std::string& reason) {
-  return InputError(path.string(), "is no readable image (" + reason + ")", kReplaceIt);
-}
-
-bool IsFloat(const OIIO::ImageSpec& spec) {
-  return spec.format == OIIO::TypeDesc::FLOAT || spec.format == OIIO::TypeDesc::HALF ||
-         spec.format == OIIO::TypeDesc::DOUBLE;
-}
-
 bool SwapsAxes(int orientation) { return orientation >= 5; }
-
-// Larger than any picture that fits in memory here; what claims more is a lie.
-constexpr double kMaxPixels = 1 << 29;
-
-// The picture is the display window: a renderer's data window may be smaller or larger.
-OIIO::ROI Picture(const OIIO::ImageSpec& spec) {
-  const OIIO::ROI full = OIIO::get_roi_full(spec);
-  return IsFloat(spec) && full.npixels() > 0 ? full : OIIO::get_roi(spec);
-}
-
-void CheckSize(const OIIO::ImageSpec& spec, const fs::path& path) {
-  const OIIO::ROI picture = Picture(spec);
-  const double pixels = 1.0 * picture.width() * picture.height();
-  if (!(pixels >= 1 && pixels <= kMaxPixels)) throw Unreadable(path, "it claims an absurd size");
-}
-
-// What WhyNotWhole must see. An EXR of a display's emitters may be larger than memory.
-std::string BytesToJudge(const fs::path& path) {
-  std::string start(8, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(start.data(), static_cast<std::streamsize>(start.size()));
-  start.resize(static_cast<std::size_t>(file.gcount()));
-  return file && !EndIsLookedAt(start) ? start : ReadText(path);
-}
-
-// Rows of an EXR are coded by the thread that asks. With threads of OpenEXR's own every open file
-// would hold two blocks of rows for each, and a display's emitters are many files at once.
-void WithoutThreadsOfOpenExr() {
-  [[maybe_unused]] static const bool set = OIIO::attribute("exr_threads", -1);
-}
-
-// Opens the file and looks at its header. What is wrong with its end is found before a decoder sees
-// it, since those write to standard error of their own.
-std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
-  WithoutThreadsOfOpenExr();
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) throw Unreadable(path, "no such file");
-  const std::string why = WhyNotWhole(BytesToJudge(path));
-  if (!why.empty()) throw Unreadable(path, why);
-  // Colours as the file has them: by default OpenImageIO multiplies them by an unassociated alpha.
-  OIIO::ImageSpec config;
-  config.attribute("oiio:UnassociatedAlpha", 1);
-  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string(), &config);
-  if (!input) {
-    const std::string reason = OIIO::geterror();
-    throw Unreadable(path, reason.empty() ? "unknown format" : reason);
-  }
-  CheckSize(input->spec(), path);
-  return input;
-}
 
 // Through ImageInput and not by ImageBuf's own reading, whose cache may hold an older file of that
 // name.
 OIIO::ImageBuf ReadPixels(const fs::path& path, OIIO::TypeDesc type) {
-  const std::unique_ptr<OIIO::ImageInput> input = Open(path);
+  const std::unique_ptr<OIIO::ImageInput> input = OpenImage(path);
   OIIO::ImageSpec spec = input->spec();
   if (type != OIIO::TypeDesc::UNKNOWN) spec.set_format(type);
   OIIO::ImageBuf buffer(spec, OIIO::InitializePixels::No);
   UseLargePages(buffer.localpixels(), spec.image_bytes());
   if (!input->read_image(0, 0, 0, spec.nchannels, spec.format, buffer.localpixels())) {
-    throw Unreadable(path, input->geterror());
+    throw UnreadableImage(path, input->geterror());
   }
   return buffer;
 }
@@ -126,7 +65,7 @@ OIIO::ImageBuf Upright(const OIIO::ImageBuf& stored) {
 
 OIIO::ImageBuf ReadUpright(const fs::path& path, OIIO::TypeDesc type) {
   OIIO::ImageBuf buffer = ReadPixels(path, type);
-  const OIIO::ROI picture = Picture(buffer.spec());
+  const OIIO::ROI picture = PictureWindow(buffer.spec());
   if (buffer.roi() != picture) buffer = OIIO::ImageBufAlgo::crop(buffer, picture);
   return buffer.orientation() == 1 ? buffer : Upright(buffer);
 }
@@ -188,7 +127,7 @@ Image<Rgb> FiniteNumbers(const OIIO::ImageBuf& buffer, const fs::path& path) {
       throw InputError(
           path.string(),
           "has a value that is not finite at pixel " + std::to_string(x) + "," + std::to_string(y),
-          kReplaceIt);
+          kReplaceImage);
     }
   }
   return image;
@@ -203,19 +142,6 @@ void WriteBuffer(const fs::path& path, const OIIO::ImageSpec& spec, const void* 
       throw std::runtime_error(out->geterror());
     }
   });
-}
-
-OIIO::ImageSpec PngSpec(int width, int height, int channels, PngCoding coding) {
-  OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  constexpr int kAverage = 64;  // PNG_FILTER_AVG
-  if (coding == PngCoding::kPhotograph) {
-    spec.attribute("compression", "rle");
-    spec.attribute("png:filter", kAverage);
-  }
-  spec.attribute("png:compressionLevel", coding == PngCoding::kSmall ? 6 : 1);  // zlib's
-  return spec;
 }
 
 // Numbers in [0, 1] as codes of all the type's bits.
@@ -239,9 +165,9 @@ std::vector<Code> CodesOf(ImageSpan<const Rgb> numbers) {
 }  // namespace
 
 ImageInfo ReadImageInfo(const fs::path& path) {
-  const std::unique_ptr<OIIO::ImageInput> input = Open(path);
+  const std::unique_ptr<OIIO::ImageInput> input = OpenImage(path);
   const OIIO::ImageSpec& spec = input->spec();
-  const OIIO::ROI picture = Picture(spec);
+  const OIIO::ROI picture = PictureWindow(spec);
   ImageInfo info;
   info.orientation = std::clamp(spec.get_int_attribute("Orientation", 1), 1, 8);
   info.format = input->format_name();
@@ -250,7 +176,7 @@ ImageInfo ReadImageInfo(const fs::path& path) {
   info.channels = spec.nchannels;
   info.bits =
       spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(spec.format.size()) * 8);
-  info.is_float = IsFloat(spec);
+  info.is_float = HasFloats(spec);
   const float focal = spec.get_float_attribute("Exif:FocalLength", 0.0F);
   const float focal_35mm = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0.0F);
   if (focal > 0) info.focal_mm = static_cast<double>(focal);
@@ -271,7 +197,7 @@ void CheckImageIsWhole(const fs::path& path) {
 
 Image<Rgb> ReadImage(const fs::path& path) {
   const OIIO::ImageBuf buffer = ReadUpright(path, OIIO::TypeDesc::UNKNOWN);
-  if (!IsFloat(buffer.spec())) {
+  if (!HasFloats(buffer.spec())) {
     if (buffer.spec().format == OIIO::TypeDesc::UINT8) {
       const std::array<float, 256> linear = LinearOfCodes();
       return ToImage<std::uint8_t, Rgb>(buffer, [&](std::uint8_t v) { return linear[v]; });
@@ -287,7 +213,7 @@ Image<Rgb> ReadNumbers(const fs::path& path) {
 
 Image<Rgb8> ReadSrgb8(const fs::path& path) {
   const OIIO::ImageBuf buffer = ReadUpright(path, OIIO::TypeDesc::UNKNOWN);
-  if (IsFloat(buffer.spec())) {
+  if (HasFloats(buffer.spec())) {
     return ToImage<float, Rgb8>(buffer, [](float v) { return LinearToSrgb8(v); });
   }
   return ToImage<std::uint8_t, Rgb8>(buffer, [](std::uint8_t v) { return v; });
@@ -409,168 +335,6 @@ void WriteExr(const fs::path& path, const std::vector<Channel>& channels, ExrTyp
   ExrRowsWriter file(path, names, first.width(), first.height(), type, compression);
   file.Write(channels);
   file.Close();
-}
-
-// A file that OpenImageIO writes from the top, some rows at a time.
-class RowsFile {
- public:
-  RowsFile(const fs::path& path, OIIO::ImageSpec spec) : file_(path), spec_(std::move(spec)) {}
-
-  void Write(int count, OIIO::TypeDesc type, const void* pixels) {
-    const std::string name = file_.temporary().string();
-    try {
-      if (!out_) {
-        out_ = OIIO::ImageOutput::create(name);
-        if (!out_) throw std::runtime_error(OIIO::geterror());
-        if (!out_->open(name, spec_)) throw std::runtime_error(out_->geterror());
-      }
-      if (!out_->write_scanlines(next_row_, next_row_ + count, 0, type, pixels)) {
-        throw std::runtime_error(out_->geterror());
-      }
-    } catch (const std::exception& error) {
-      file_.Fail(error);
-    }
-    next_row_ += count;
-  }
-
-  void Close() {
-    try {
-      if (next_row_ != spec_.height) {
-        throw std::runtime_error(std::to_string(next_row_) + " of " + std::to_string(spec_.height) +
-                                 " rows were written");
-      }
-      if (!out_->close()) throw std::runtime_error(out_->geterror());
-      file_.Commit();
-    } catch (const std::exception& error) {
-      file_.Fail(error);
-    }
-  }
-
- private:
-  AtomicFile file_;
-  OIIO::ImageSpec spec_;
-  std::unique_ptr<OIIO::ImageOutput> out_;
-  int next_row_ = 0;
-};
-
-namespace {
-
-OIIO::ImageSpec ExrSpec(const std::vector<std::string>& channels, int width, int height,
-                        ExrType type, ExrCompression compression) {
-  OIIO::ImageSpec spec(width, height, static_cast<int>(channels.size()),
-                       type == ExrType::kHalf ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
-  spec.channelnames = channels;
-  spec.alpha_channel = -1;
-  spec.attribute("compression", compression == ExrCompression::kNone  ? "none"
-                                : compression == ExrCompression::kPiz ? "piz"
-                                                                      : "zip");
-  spec.attribute("DateTime", "");  // else OpenImageIO writes the present time
-  return spec;
-}
-
-}  // namespace
-
-struct ExrRowsWriter::State {
-  RowsFile file;
-};
-
-ExrRowsWriter::ExrRowsWriter(const fs::path& path, const std::vector<std::string>& channels,
-                             int width, int height, ExrType type, ExrCompression compression)
-    : state_(new State{{path, ExrSpec(channels, width, height, type, compression)}}) {
-  WithoutThreadsOfOpenExr();
-}
-
-ExrRowsWriter::~ExrRowsWriter() = default;
-ExrRowsWriter::ExrRowsWriter(ExrRowsWriter&&) noexcept = default;
-
-void ExrRowsWriter::Write(const std::vector<Channel>& rows) {
-  const std::size_t count = rows.size();
-  std::vector<float> packed(count * rows.at(0).pixels.size());
-  for (std::size_t c = 0; c < count; ++c) {
-    const float* from = rows[c].pixels.data();
-    for (std::size_t i = 0; i < rows[c].pixels.size(); ++i) packed[i * count + c] = from[i];
-  }
-  state_->file.Write(rows[0].pixels.height(), OIIO::TypeDesc::FLOAT, packed.data());
-}
-
-void ExrRowsWriter::Close() { state_->file.Close(); }
-
-struct PngRowsWriter::State {
-  RowsFile file;
-};
-
-PngRowsWriter::PngRowsWriter(const fs::path& path, int width, int height, int channels,
-                             PngCoding coding)
-    : state_(new State{{path, PngSpec(width, height, channels, coding)}}) {}
-
-PngRowsWriter::~PngRowsWriter() = default;
-PngRowsWriter::PngRowsWriter(PngRowsWriter&&) noexcept = default;
-
-void PngRowsWriter::WriteRows(int count, const void* codes) {
-  state_->file.Write(count, OIIO::TypeDesc::UINT8, codes);
-}
-void PngRowsWriter::Write(const Image<Rgb8>& rows) { WriteRows(rows.height(), rows.data()); }
-void PngRowsWriter::Write(const Image<std::uint8_t>& rows) {
-  WriteRows(rows.height(), rows.data());
-}
-void PngRowsWriter::Close() { state_->file.Close(); }
-
-struct ExrRowsReader::State {
-  fs::path path;
-  std::unique_ptr<OIIO::ImageInput> in;
-};
-
-ExrRowsReader::ExrRowsReader(const fs::path& path) : state_(new State{path, Open(path)}) {}
-ExrRowsReader::~ExrRowsReader() = default;
-ExrRowsReader::ExrRowsReader(ExrRowsReader&&) noexcept = default;
-
-int ExrRowsReader::width() const { return state_->in->spec().width; }
-int ExrRowsReader::height() const { return state_->in->spec().height; }
-
-std::vector<Channel> ExrRowsReader::Read(int first_row, int end_row) {
-  const OIIO::ImageSpec& spec = state_->in->spec();
-  const std::size_t count = static_cast<std::size_t>(spec.nchannels);
-  const int rows = end_row - first_row;
-  std::vector<float> packed(count * static_cast<std::size_t>(spec.width) *
-                            static_cast<std::size_t>(rows));
-  if (!state_->in->read_scanlines(0, 0, spec.y + first_row, spec.y + end_row, 0, 0, spec.nchannels,
-                                  OIIO::TypeDesc::FLOAT, packed.data())) {
-    throw InputError(state_->path.string(), "is damaged (" + state_->in->geterror() + ")",
-                     "run the stage that writes it again");
-  }
-  std::vector<Channel> channels;
-  for (std::size_t c = 0; c < count; ++c) {
-    Channel channel{spec.channelnames[c], Image<float>(spec.width, rows)};
-    float* to = channel.pixels.data();
-    for (std::size_t i = 0; i < channel.pixels.size(); ++i) to[i] = packed[i * count + c];
-    channels.push_back(std::move(channel));
-  }
-  return channels;
-}
-
-struct CodeRowsReader::State {
-  fs::path path;
-  std::unique_ptr<OIIO::ImageInput> in;
-};
-
-CodeRowsReader::CodeRowsReader(const fs::path& path) : state_(new State{path, Open(path)}) {}
-CodeRowsReader::~CodeRowsReader() = default;
-CodeRowsReader::CodeRowsReader(CodeRowsReader&&) noexcept = default;
-
-int CodeRowsReader::width() const { return state_->in->spec().width; }
-int CodeRowsReader::height() const { return state_->in->spec().height; }
-
-Image<Rgb8> CodeRowsReader::Read(int first_row, int end_row) {
-  Image<Rgb8> codes(width(), end_row - first_row);
-  const int channels = state_->in->spec().nchannels < 3 ? 1 : 3;
-  if (!state_->in->read_scanlines(0, 0, first_row, end_row, 0, 0, channels, OIIO::TypeDesc::UINT8,
-                                  codes.data(), sizeof(Rgb8))) {
-    throw Unreadable(state_->path, state_->in->geterror());
-  }
-  for (std::size_t i = 0; channels == 1 && i < codes.size(); ++i) {
-    codes.data()[i].g = codes.data()[i].b = codes.data()[i].r;
-  }
-  return codes;
 }
 
 std::vector<Channel> ReadExr(const fs::path& path) {

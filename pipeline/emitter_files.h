@@ -8,7 +8,7 @@
 #include "distribute/distribute.h"
 #include "distribute/emitter_strip.h"
 #include "lightfield/display.h"
-#include "lightfield/image_io.h"
+#include "lightfield/image_rows.h"
 #include "pipeline/workspace.h"
 
 namespace lamella {

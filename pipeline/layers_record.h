@@ -11,6 +11,7 @@
 #include "lightfield/calibration.h"
 #include "lightfield/display.h"
 #include "lightfield/image_io.h"
+#include "lightfield/image_rows.h"
 #include "pipeline/workspace.h"
 
 namespace lamella {

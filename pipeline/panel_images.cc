@@ -17,6 +17,7 @@
 #include "distribute/panel_pixels-inl.h"
 #include "distribute/panel_response.h"
 #include "lightfield/image_io.h"
+#include "lightfield/image_rows.h"
 #include "pipeline/emitter_files.h"
 #include "pipeline/json_file.h"
 #include "pipeline/slot_frames.h"

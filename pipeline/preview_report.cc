@@ -7,8 +7,8 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "distribute/analyze.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
 #include "pipeline/analysis_figure.h"
@@ -16,125 +16,15 @@
 #include "pipeline/depth_record.h"
 #include "pipeline/emitter_rows.h"
 #include "pipeline/frame_pictures.h"
+#include "pipeline/preview_tables.h"
 #include "pipeline/report/picture.h"
 
 namespace lamella {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr int kDepthViews = 12;   // on the page, spread over the capture
 constexpr int kSmallWidth = 480;  // px, of photographs, depth maps and emitter images
 constexpr std::size_t kEyeBytes = 12U << 20U;
-
-// null where there is no number or the pictures are equal.
-Json Number(const std::optional<double>& value) {
-  if (!value || !std::isfinite(*value)) return Json();
-  return std::round(*value * 1e4) / 1e4;
-}
-
-Json ToJson(const PreviewMetrics& metrics) {
-  return {{"psnr_srgb_db", Number(metrics.psnr_db)},
-          {"psnr_srgb_seen_db", Number(metrics.psnr_seen_db)},
-          {"ssim", Number(metrics.ssim)},
-          {"ssim_seen", Number(metrics.ssim_seen)}};
-}
-
-// Of the figures that there are and that are finite; nothing without any.
-class MeanOfFigures {
- public:
-  void Add(const std::optional<double>& value) {
-    if (!value || !std::isfinite(*value)) return;
-    sum_ += *value;
-    ++count_;
-  }
-  std::optional<double> Value() const {
-    return count_ > 0 ? std::optional(sum_ / count_) : std::nullopt;
-  }
-
- private:
-  double sum_ = 0;
-  int count_ = 0;
-};
-
-// Displays have a band-limited target for all eyes or for none.
-bool IsBandLimited(const PreviewResult& result) { return result.grid[0].band_limit.has_value(); }
-
-Json ToJson(const HaloFigures& halo) {
-  return {{"relative_error", Number(halo.relative_error)},
-          {"relative_error_behind", Number(halo.behind)},
-          {"relative_error_before", Number(halo.before)},
-          {"share_of_pixels", Number(halo.share_of_pixels)},
-          {"share_of_squared_error", Number(halo.share_of_squared_error)}};
-}
-
-Json ToJson(const AliasingResult& aliasing) {
-  return {{"step_mm", Number(aliasing.step_mm)}, {"db", Number(aliasing.db)}};
-}
-
-Json ToJson(const DisplayTotals& totals) {
-  return {{"rays", std::round(totals.rays)},
-          {"bits", totals.bits},
-          {"light_efficiency", totals.light_efficiency}};
-}
-
-// The means' fields of metrics.json.
-Json MeansJson(const PreviewResult& result) {
-  const GridMeans means = MeansOf(result);
-  Json json = {{"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
-               {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
-               {"ssim_seen", Number(means.ssim_seen)},
-               {"known", Number(means.known)},
-               {"seen", Number(means.seen)}};
-  if (IsBandLimited(result)) {
-    json["to_band_limited"] = {{"psnr_srgb_seen_db", Number(means.to_band_limited_db)},
-                               {"ssim_seen", Number(means.to_band_limited_ssim)}};
-    json["band_limited_to_target"] = {
-        {"psnr_srgb_seen_db", Number(means.band_limited_to_target_db)}};
-  }
-  if (means.halo) json["halo"] = ToJson(*means.halo);
-  json["angular_aliasing"] = ToJson(result.aliasing);
-  return json;
-}
-
-Json PositionOf(const Eye& eye) {
-  const auto rounded = [](double mm) { return std::round(mm * 1e6) / 1e6; };
-  return {rounded(eye.position.x()), rounded(eye.position.y()), rounded(eye.position.z())};
-}
-
-Json ToJson(const EyeResult& eye) {
-  Json json = {{"eye", eye.name},
-               {"position_mm", PositionOf(eye.eye)},
-               {"simulated", "views/eye_" + eye.name + ".png"},
-               {"target", "views/target_" + eye.name + ".png"},
-               {"known", Number(MeanShare(eye.simulated))},
-               {"seen", Number(MeanShare(eye.target.picture))}};
-  json.update(ToJson(eye.metrics));
-  if (eye.band_limit) {
-    json["to_band_limited"] = ToJson(eye.band_limit->simulated);
-    const PreviewMetrics& target = eye.band_limit->target;
-    json["band_limited_to_target"] = {{"psnr_srgb_db", Number(target.psnr_db)},
-                                      {"psnr_srgb_seen_db", Number(target.psnr_seen_db)}};
-  }
-  const std::optional<HaloFigures> halo = eye.halo ? FiguresOf(*eye.halo) : std::nullopt;
-  if (halo) json["halo"] = ToJson(*halo);
-  return json;
-}
-
-Json ToJson(const CapturedResult& captured) {
-  return {{"view", captured.view},
-          {"simulated", "views/at_" + captured.view + "_simulated.png"},
-          {"direct", "views/at_" + captured.view + "_direct.png"},
-          {"position_mm", PositionOf(captured.eye)},
-          {"pixel_mm", captured.eye.pixel_mm},
-          {"simulated_to_captured", ToJson(captured.simulated_to_captured)},
-          {"direct_to_captured", ToJson(captured.direct_to_captured)},
-          {"simulated_to_direct", ToJson(captured.simulated_to_direct)}};
-}
-
-std::string Millimetres(double value) { return fmt::format("{:+.1f}", value + 0.0); }
-
-// ---- Pictures ----
 
 // The grid's pictures, simulated and target by turns, as data URIs of at most `width` px.
 std::vector<std::string> EncodeEyes(const PreviewResult& result, int width, int quality) {
@@ -238,76 +128,6 @@ PageLayer LayerOnPage(const Display& display, std::size_t index, const OpenEmitt
           "jpeg", 82)};
 }
 
-// ---- Text ----
-
-std::string ListOfLayers(const Display& display) {
-  constexpr std::size_t kMost = 6;
-  const std::size_t n = display.layers.size();
-  if (n > kMost) {
-    return fmt::format("{} to {} mm", Millimetres(display.layers.front().position_mm),
-                       Millimetres(display.layers.back().position_mm));
-  }
-  std::string text;
-  for (const Layer& layer : display.layers) {
-    text += (text.empty() ? "" : ", ") + Millimetres(layer.position_mm);
-  }
-  return text + " mm";
-}
-
-std::string OpticsInWords(const Layer& layer) {
-  if (const Barrier* barrier = std::get_if<Barrier>(&layer.optics)) {
-    return fmt::format("a barrier of {0}x{0} px every {1} px, {2} time slots", barrier->aperture_px,
-                       barrier->period_px, barrier->slots * barrier->slots);
-  }
-  if (const LensletArray* lenses = std::get_if<LensletArray>(&layer.optics)) {
-    return fmt::format("{} lenslets every {:g} px, {}x{} rays",
-                       lenses->lattice == LensletArray::Lattice::kSquare ? "square" : "hexagonal",
-                       lenses->pitch_px, lenses->rays, lenses->rays);
-  }
-  if (const BarePanel* bare = std::get_if<BarePanel>(&layer.optics)) {
-    return fmt::format("bare panels for eyes in {0:g} x {0:g} mm", bare->eye_box_mm);
-  }
-  const Lenticular& lenses = std::get<Lenticular>(layer.optics);
-  return fmt::format("lenticular lenses of {:g} sub-pixels, {} views", lenses.subpixels_per_lens,
-                     lenses.views);
-}
-
-void AddFacts(const LayersRecord& record, const PreviewResult& result,
-              const PreviewOptions& options, PreviewPage& page) {
-  const Display& display = record.display;
-  const Placement& p = record.placement;
-  const Layer& layer = display.layers[0];
-  const auto add = [&](const std::string& name, const std::string& value) {
-    page.facts.emplace_back(name, value);
-  };
-  add("Display", display.name);
-  add("Panels",
-      fmt::format("{} x {} px of {:.4g} mm, {} layers at {}", display.width_px, display.height_px,
-                  display.pitch_mm, display.layers.size(), ListOfLayers(display)));
-  add("Optics", OpticsInWords(layer));
-  add("Brightness", fmt::format("{:.2f} % of an emitter's light reaches the eye",
-                                100 * Brightness(display, layer)));
-  add("Display rays",
-      fmt::format("{:.4g} million in all layers and slots", result.totals.rays / 1e6));
-  add("Panels' bits", fmt::format("{:.4g} million a picture", result.totals.bits / 1e6));
-  add("Reference view", p.reference_view);
-  add("Depth placed", fmt::format("{:.4g} to {:.4g} world units", p.near, p.far));
-  add("in the display",
-      fmt::format("{} to {} mm (front positive)", Millimetres(p.near_mm), Millimetres(p.far_mm)));
-  add("Depth budget", fmt::format("\u00b1{:.1f} mm at full resolution", DepthBudgetMm(display)));
-  add("One view pixel", fmt::format("{:.4f} mm on the plane z = 0", p.mm_per_view_px));
-  add("Viewing distance", fmt::format("{:.0f} mm", p.viewing_distance_mm));
-  add("Display rays seen",
-      fmt::format("{:.1f} % by a captured view; {:.1f} % of those through "
-                  "the picture",
-                  100 * record.seen_share, 100 * record.seen_share_in_picture));
-  const Eye& eye = result.grid[0].eye;
-  add("Eye pictures", fmt::format("{} x {} px of {:.4f} mm", eye.width, eye.height, eye.pixel_mm));
-  add("Simulated from", options.source == "frames"
-                            ? "the panels' 8-bit images, decoded back"
-                            : "the layers' emitter images before they become frames");
-}
-
 // The display's cut-off over depth beside the depths of the scene.
 void AddCutoff(const Workspace& workspace, const Display& display, PreviewPage& page) {
   const Analysis analysis = Analyze(display, DepthsFor(display, SceneDepths(workspace)));
@@ -355,171 +175,7 @@ void AddPictures(const Workspace& workspace, const LayersRecord& record, const V
   ParallelForEach(0, std::ssize(parts), [&](std::int64_t i) { parts[i](); });
 }
 
-std::string Similarity(const std::optional<double>& ssim) {
-  return ssim ? fmt::format("{:.3f}", *ssim) : "-";
-}
-
-// The means of the eyes that the page moves between.
-PageTable TableOfMeans(const PreviewResult& result) {
-  const GridMeans means = MeansOf(result);
-  PageTable table{"Means over the eyes above", {"Compared", "PSNR, dB (sRGB)", "SSIM"}, {}};
-  table.rows.push_back(
-      {"simulated, target", Decibels(means.psnr_seen_db), Similarity(means.ssim_seen)});
-  if (IsBandLimited(result)) {
-    table.rows.push_back({"simulated, band-limited target", Decibels(means.to_band_limited_db),
-                          Similarity(means.to_band_limited_ssim)});
-    table.rows.push_back(
-        {"band-limited target, target", Decibels(means.band_limited_to_target_db), "-"});
-  }
-  return table;
-}
-
-// What layers and directions do to the picture, of the same eyes.
-PageTable TableOfArtefacts(const PreviewResult& result) {
-  const auto percent = [](const std::optional<double>& share) {
-    return share ? fmt::format("{:+.1f} %", 100 * *share) : std::string("-");
-  };
-  PageTable table{"Halos and shimmer of the same eyes", {"Figure", "Against the target"}, {}};
-  if (const std::optional<HaloFigures> halo = MeansOf(result).halo) {
-    table.rows.push_back(
-        {"light behind the edges of what occludes another layer's content", percent(halo->behind)});
-    table.rows.push_back({"light on the near side of these edges", percent(halo->before)});
-    table.rows.push_back({"pixels that such halos reach; their share of the squared error",
-                          fmt::format("{:.1f} %; {:.1f} %", 100 * halo->share_of_pixels,
-                                      100 * halo->share_of_squared_error)});
-  }
-  table.rows.push_back(
-      {fmt::format("angular aliasing, middle eye against one {:.1f} mm beside it, dB",
-                   result.aliasing.step_mm),
-       Decibels(result.aliasing.db)});
-  return table;
-}
-
-// A row for each eye, under the column `place`.
-PageTable TableOfEyes(const std::string& title, const std::string& place,
-                      const std::vector<EyeResult>& eyes,
-                      const std::function<std::string(const Eye&)>& place_of) {
-  PageTable table{title, {place, "PSNR, dB (sRGB)", "of all pixels", "SSIM"}, {}};
-  const bool limited = eyes[0].band_limit.has_value();
-  if (limited) {
-    for (const char* column : {"PSNR to band-limited", "SSIM to band-limited", "of band-limited"}) {
-      table.columns.emplace_back(column);
-    }
-  }
-  for (const EyeResult& eye : eyes) {
-    std::vector<std::string>& row = table.rows.emplace_back();
-    row = {place_of(eye.eye), Decibels(eye.metrics.psnr_seen_db), Decibels(eye.metrics.psnr_db),
-           Similarity(eye.metrics.ssim_seen)};
-    if (!limited) continue;
-    row.push_back(Decibels(eye.band_limit->simulated.psnr_seen_db));
-    row.push_back(Similarity(eye.band_limit->simulated.ssim_seen));
-    row.push_back(Decibels(eye.band_limit->target.psnr_seen_db));
-  }
-  return table;
-}
-
-void AddTables(const PreviewResult& result, PreviewPage& page) {
-  const auto position = [](const Eye& eye) {
-    return Millimetres(eye.position.x()) + ", " + Millimetres(eye.position.y());
-  };
-  page.tables.push_back(TableOfMeans(result));
-  page.tables.push_back(TableOfArtefacts(result));
-  if (!result.further.empty()) {
-    page.tables.push_back(
-        TableOfEyes("Further eyes, simulated against target", "Eye, mm", result.further, position));
-  }
-  if (!result.focus.empty()) {
-    page.tables.push_back(TableOfEyes("The eye in the middle, focused; simulated against target",
-                                      "Focused on, mm", result.focus,
-                                      [](const Eye& eye) { return Millimetres(eye.plane_mm); }));
-  }
-  if (result.captured.empty()) return;
-  PageTable table{"Captured views that stand at an eye position, PSNR in dB (sRGB)",
-                  {"View", "Eye, mm", "Simulated against captured",
-                   "Direct rendering against captured", "Simulated against direct rendering"},
-                  {}};
-  for (const CapturedResult& captured : result.captured) {
-    table.rows.push_back({captured.view, position(captured.eye),
-                          Decibels(captured.simulated_to_captured.psnr_seen_db),
-                          Decibels(captured.direct_to_captured.psnr_seen_db),
-                          Decibels(captured.simulated_to_direct.psnr_seen_db)});
-  }
-  page.tables.push_back(std::move(table));
-}
-
 }  // namespace
-
-std::string BeyondEyeBox(const Display& display) {
-  const bool bare = std::all_of(
-      display.layers.begin(), display.layers.end(),
-      [](const Layer& layer) { return std::holds_alternative<BarePanel>(layer.optics); });
-  return bare ? "the layers' pictures off each other" : "light of neighbouring windows";
-}
-
-std::string Decibels(const std::optional<double>& value) {
-  if (!value) return "no pixels";
-  return std::isfinite(*value) ? fmt::format("{:.1f}", *value) : "equal";
-}
-
-GridMeans MeansOf(const PreviewResult& result) {
-  GridMeans means;
-  MeanOfFigures psnr, ssim, to_limited, to_limited_ssim, limited;
-  HaloErrors halo;
-  const double n = static_cast<double>(result.grid.size());
-  for (const EyeResult& eye : result.grid) {
-    const std::optional<double>& decibels = eye.metrics.psnr_seen_db;
-    psnr.Add(decibels);
-    ssim.Add(eye.metrics.ssim_seen);
-    if (decibels && std::isfinite(*decibels)) {
-      means.worst_psnr_seen_db = std::min(means.worst_psnr_seen_db.value_or(*decibels), *decibels);
-    }
-    if (eye.band_limit) {
-      to_limited.Add(eye.band_limit->simulated.psnr_seen_db);
-      to_limited_ssim.Add(eye.band_limit->simulated.ssim_seen);
-      limited.Add(eye.band_limit->target.psnr_seen_db);
-    }
-    if (eye.halo) halo += *eye.halo;
-    means.known += MeanShare(eye.simulated) / n;
-    means.seen += MeanShare(eye.target.picture) / n;
-  }
-  means.halo = FiguresOf(halo);
-  means.psnr_seen_db = psnr.Value();
-  means.ssim_seen = ssim.Value();
-  means.to_band_limited_db = to_limited.Value();
-  means.to_band_limited_ssim = to_limited_ssim.Value();
-  means.band_limited_to_target_db = limited.Value();
-  return means;
-}
-
-std::string MetricsJson(const PreviewResult& result, const PreviewOptions& options) {
-  Json grid = Json::array(), further = Json::array(), captured = Json::array();
-  Json focus = Json::array();
-  for (const EyeResult& eye : result.grid) grid.push_back(ToJson(eye));
-  for (const EyeResult& eye : result.further) further.push_back(ToJson(eye));
-  for (const EyeResult& eye : result.focus) {
-    focus.push_back(ToJson(eye));
-    focus.back()["plane_mm"] = Number(eye.eye.plane_mm);
-    focus.back()["pupil_mm"] = Number(eye.pupil->diameter_mm);
-  }
-  for (const CapturedResult& view : result.captured) captured.push_back(ToJson(view));
-  const Eye& eye = result.grid[0].eye;
-  const Json json = {{"format_version", 1},
-                     {"border_px", options.border_px},
-                     {"source", options.source},
-                     {"width_px", eye.width},
-                     {"height_px", eye.height},
-                     {"pixel_mm", eye.pixel_mm},
-                     {"left_mm", eye.left_mm},
-                     {"top_mm", eye.top_mm},
-                     {"totals", ToJson(result.totals)},
-                     {"mean", MeansJson(result)},
-                     {"eyes", grid},
-                     {"further_eyes", further},
-                     {"focus", focus},
-                     {"captured_views", captured}};
-  // Names of files need not be UTF-8.
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
 
 // Up to kDepthViews, evenly spread, the reference view among them.
 std::vector<std::size_t> ViewsOnPage(const ViewSet& set, const std::string& reference) {
@@ -559,7 +215,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   page.clean_box_mm = CleanEyeBox(display);
   page.beyond_box = BeyondEyeBox(display);
   AddPictures(workspace, record, set, emitters, photographs, result, options, page);
-  AddFacts(record, result, options, page);
+  page.facts = PreviewFacts(record, result, options);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "
       "target is the capture rendered along the same lines of sight without a display.",
@@ -570,7 +226,7 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
         "layers that show it: what they can carry. What is between it and the simulated picture is "
         "the display's own error.";
   }
-  AddTables(result, page);
+  page.tables = PreviewTables(result);
   return page;
 }
 

@@ -10,7 +10,7 @@
 #include "distribute/panel_response.h"
 #include "lightfield/display.h"
 #include "lightfield/image.h"
-#include "lightfield/image_io.h"
+#include "lightfield/image_rows.h"
 
 namespace lamella {
 

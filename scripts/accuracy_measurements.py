@@ -236,6 +236,12 @@ DISPLAY_FILES = {"paper": two_layers("two-layer-540", (-10, 10), 0), "effective"
                  "lens": two_layers("lens-540", (-10, 10), lens=True)}
 
 
+def true_depth_options(depth):
+    """Those of `lamella run` on hci_antinous; `depth`: given (from the centre view's true disparity) or estimate."""
+    return ("--depth", depth, *PLACEMENT[:6], "--preview-positions", 1, "--preview-eyes", TRUE_DEPTH_EYES,
+            "--preview-eye-pixel-mm", PITCH_MM)
+
+
 def true_depth(bench, quality):
     """Antinous on displays: eyes from true and from estimated depth, both against direct rendering from true depth."""
     capture = bench.data / "lightfield/hci_antinous"
@@ -248,9 +254,8 @@ def true_depth(bench, quality):
             file.write_text(text)
             found[display] = {"stages": {}, "psnr": {}}
             for depth, folder in folders.items():
-                bench.run("run", capture, "--workspace", folder, "--display", file, "--quality", quality, "--depth", depth,
-                          *PLACEMENT[:6], "--preview-positions", 1, "--preview-eyes", TRUE_DEPTH_EYES,
-                          "--preview-eye-pixel-mm", PITCH_MM)
+                bench.run("run", capture, "--workspace", folder, "--display", file, "--quality", quality,
+                          *true_depth_options(depth))
                 found[display]["stages"][depth] = stages(folder)
                 found[display]["psnr"][depth] = [
                     number(bench.run("compare", "images", folder / f"preview/views/eye_further_{i:02}.png",

@@ -1,4 +1,6 @@
 // Pictures read and written some rows at a time are those read and written whole.
+#include "lightfield/image_rows.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
