@@ -57,9 +57,6 @@ class MeanOfFigures {
   int count_ = 0;
 };
 
-// Displays have a band-limited target for all eyes or for none.
-bool IsBandLimited(const PreviewResult& result) { return result.grid[0].band_limit.has_value(); }
-
 Json ToJson(const HaloFigures& halo) {
   return {{"relative_error", Number(halo.relative_error)},
           {"relative_error_behind", Number(halo.behind)},
@@ -81,17 +78,16 @@ Json ToJson(const DisplayTotals& totals) {
 // The means' fields of metrics.json.
 Json MeansJson(const PreviewResult& result) {
   const GridMeans means = MeansOf(result);
-  Json json = {{"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
-               {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
-               {"ssim_seen", Number(means.ssim_seen)},
-               {"known", Number(means.known)},
-               {"seen", Number(means.seen)}};
-  if (IsBandLimited(result)) {
-    json["to_band_limited"] = {{"psnr_srgb_seen_db", Number(means.to_band_limited_db)},
-                               {"ssim_seen", Number(means.to_band_limited_ssim)}};
-    json["band_limited_to_target"] = {
-        {"psnr_srgb_seen_db", Number(means.band_limited_to_target_db)}};
-  }
+  Json json = {
+      {"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
+      {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
+      {"ssim_seen", Number(means.ssim_seen)},
+      {"known", Number(means.known)},
+      {"seen", Number(means.seen)},
+      {"to_band_limited",
+       {{"psnr_srgb_seen_db", Number(means.to_band_limited_db)},
+        {"ssim_seen", Number(means.to_band_limited_ssim)}}},
+      {"band_limited_to_target", {{"psnr_srgb_seen_db", Number(means.band_limited_to_target_db)}}}};
   if (means.halo) json["halo"] = ToJson(*means.halo);
   json["angular_aliasing"] = ToJson(result.aliasing);
   return json;
@@ -110,12 +106,10 @@ Json ToJson(const EyeResult& eye) {
                {"known", Number(MeanShare(eye.simulated))},
                {"seen", Number(MeanShare(eye.target.picture))}};
   json.update(ToJson(eye.metrics));
-  if (eye.band_limit) {
-    json["to_band_limited"] = ToJson(eye.band_limit->simulated);
-    const PreviewMetrics& target = eye.band_limit->target;
-    json["band_limited_to_target"] = {{"psnr_srgb_db", Number(target.psnr_db)},
-                                      {"psnr_srgb_seen_db", Number(target.psnr_seen_db)}};
-  }
+  json["to_band_limited"] = ToJson(eye.band_limit.simulated);
+  const PreviewMetrics& target = eye.band_limit.target;
+  json["band_limited_to_target"] = {{"psnr_srgb_db", Number(target.psnr_db)},
+                                    {"psnr_srgb_seen_db", Number(target.psnr_seen_db)}};
   const std::optional<HaloFigures> halo = eye.halo ? FiguresOf(*eye.halo) : std::nullopt;
   if (halo) json["halo"] = ToJson(*halo);
   return json;
@@ -365,12 +359,10 @@ PageTable TableOfMeans(const PreviewResult& result) {
   PageTable table{"Means over the eyes above", {"Compared", "PSNR, dB (sRGB)", "SSIM"}, {}};
   table.rows.push_back(
       {"simulated, target", Decibels(means.psnr_seen_db), Similarity(means.ssim_seen)});
-  if (IsBandLimited(result)) {
-    table.rows.push_back({"simulated, band-limited target", Decibels(means.to_band_limited_db),
-                          Similarity(means.to_band_limited_ssim)});
-    table.rows.push_back(
-        {"band-limited target, target", Decibels(means.band_limited_to_target_db), "-"});
-  }
+  table.rows.push_back({"simulated, band-limited target", Decibels(means.to_band_limited_db),
+                        Similarity(means.to_band_limited_ssim)});
+  table.rows.push_back(
+      {"band-limited target, target", Decibels(means.band_limited_to_target_db), "-"});
   return table;
 }
 
@@ -399,21 +391,16 @@ PageTable TableOfArtefacts(const PreviewResult& result) {
 PageTable TableOfEyes(const std::string& title, const std::string& place,
                       const std::vector<EyeResult>& eyes,
                       const std::function<std::string(const Eye&)>& place_of) {
-  PageTable table{title, {place, "PSNR, dB (sRGB)", "of all pixels", "SSIM"}, {}};
-  const bool limited = eyes[0].band_limit.has_value();
-  if (limited) {
-    for (const char* column : {"PSNR to band-limited", "SSIM to band-limited", "of band-limited"}) {
-      table.columns.emplace_back(column);
-    }
-  }
+  PageTable table{title,
+                  {place, "PSNR, dB (sRGB)", "of all pixels", "SSIM", "PSNR to band-limited",
+                   "SSIM to band-limited", "of band-limited"},
+                  {}};
   for (const EyeResult& eye : eyes) {
-    std::vector<std::string>& row = table.rows.emplace_back();
-    row = {place_of(eye.eye), Decibels(eye.metrics.psnr_seen_db), Decibels(eye.metrics.psnr_db),
-           Similarity(eye.metrics.ssim_seen)};
-    if (!limited) continue;
-    row.push_back(Decibels(eye.band_limit->simulated.psnr_seen_db));
-    row.push_back(Similarity(eye.band_limit->simulated.ssim_seen));
-    row.push_back(Decibels(eye.band_limit->target.psnr_seen_db));
+    const auto& [simulated, target] = eye.band_limit;
+    table.rows.push_back({place_of(eye.eye), Decibels(eye.metrics.psnr_seen_db),
+                          Decibels(eye.metrics.psnr_db), Similarity(eye.metrics.ssim_seen),
+                          Decibels(simulated.psnr_seen_db), Similarity(simulated.ssim_seen),
+                          Decibels(target.psnr_seen_db)});
   }
   return table;
 }
@@ -473,11 +460,9 @@ GridMeans MeansOf(const PreviewResult& result) {
     if (decibels && std::isfinite(*decibels)) {
       means.worst_psnr_seen_db = std::min(means.worst_psnr_seen_db.value_or(*decibels), *decibels);
     }
-    if (eye.band_limit) {
-      to_limited.Add(eye.band_limit->simulated.psnr_seen_db);
-      to_limited_ssim.Add(eye.band_limit->simulated.ssim_seen);
-      limited.Add(eye.band_limit->target.psnr_seen_db);
-    }
+    to_limited.Add(eye.band_limit.simulated.psnr_seen_db);
+    to_limited_ssim.Add(eye.band_limit.simulated.ssim_seen);
+    limited.Add(eye.band_limit.target.psnr_seen_db);
     if (eye.halo) halo += *eye.halo;
     means.known += MeanShare(eye.simulated) / n;
     means.seen += MeanShare(eye.target.picture) / n;
@@ -562,14 +547,11 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   AddFacts(record, result, options, page);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "
-      "target is the capture rendered along the same lines of sight without a display.",
+      "target is the capture rendered along the same lines of sight without a display. The "
+      "band-limited target is that blurred depth by depth, as wide as the beams are of the layers "
+      "that show it: what they can carry. What is between it and the simulated picture is the "
+      "display's own error.",
       options.border_px);
-  if (IsBandLimited(result)) {
-    page.metrics_note +=
-        " The band-limited target is that blurred depth by depth, as wide as the beams are of the "
-        "layers that show it: what they can carry. What is between it and the simulated picture is "
-        "the display's own error.";
-  }
   AddTables(result, page);
   return page;
 }

@@ -22,7 +22,7 @@ struct EyeResult {
   PreviewPicture simulated;
   EyeTarget target;  // of which the picture alone is left once it is compared
   PreviewMetrics metrics;
-  std::optional<BandLimitMetrics> band_limit = {};  // nothing where the display has no BandLimit
+  BandLimitMetrics band_limit = {};
   std::optional<HaloErrors> halo = {};
 };
 
