@@ -290,13 +290,13 @@ std::string Named(const Lenticular& lenses, const PlaneWave& wave) {
 
 // What is left of a wave in the middle of its band-limited picture.
 double LeftInPicture(const Display& display, const PlaneWave& wave) {
-  constexpr int kSize = 161;
+  constexpr int kMiddle = 80, kSize = 2 * kMiddle + 1;  // px
   const double pixel = 0.1 * kDistance / (kDistance - wave.z);
   const Eye eye = EyeAt(0, pixel, kSize, kSize);
   const SeenScene scene = SceneOf(eye, wave.z, [&](int x, int y) {
-    return wave.Light(0.1 * (x - kSize / 2), 0.1 * (kSize / 2 - y));
+    return wave.Light(0.1 * (x - kMiddle), 0.1 * (kMiddle - y));
   });
-  const Rgb middle = BandLimited(scene, BandLimitOf(display), eye)(kSize / 2, kSize / 2);
+  const Rgb middle = BandLimited(scene, BandLimitOf(display), eye)(kMiddle, kMiddle);
   return (static_cast<double>(middle.g) - kMean) / kContrast;
 }
 
