@@ -198,9 +198,10 @@ AxisBeam MiddleBeam(const Display& display, const Layer& layer) {
 Beam MiddleBeams(const Display& display, const Layer& layer) {
   Beam beams{MiddleBeam(display, layer), MiddleBeam(display, layer)};
   if (std::holds_alternative<Lenticular>(layer.optics)) {
+    const double towards_viewer = display.shear ? 1 / display.distance_mm(layer) : 0;
     beams.y.aperture_mm = display.emitter_pitch_mm(layer);
     beams.y.emitter_width_mm = 0;
-    beams.y.power_per_mm = 1 / beams.y.d0_mm;
+    beams.y.power_per_mm = 1 / beams.y.d0_mm + towards_viewer;
   }
   return beams;
 }

@@ -30,7 +30,8 @@ EyeRectangle CleanEyeBoxOf(const Display& display, const Layer& layer);
 // The widths of a layer's beams along a row: of an element and an emitter in the middle.
 AxisBeam MiddleBeam(const Display& display, const Layer& layer);
 // And along both axes. Cylinder lenses have no parallax along a column: at every depth it is an
-// emitter's height. Hexagonal lenses are taken for squares as wide.
+// emitter's height as it is seen there from (0, 0, D), or from afar without shear. Hexagonal lenses
+// are taken for squares as wide.
 Beam MiddleBeams(const Display& display, const Layer& layer);
 
 // Emitters that are lit, times the slots in which each has a direction of its own. Elements that

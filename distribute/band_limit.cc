@@ -27,8 +27,8 @@ constexpr double kBoxOfHexagon = 0.9128709291752769;
 constexpr float kLeastWeight = 1e-7F;  // of light, to be divided by
 constexpr float kNowhere = -2;         // the place of what is not known
 
-// The beams' widths in the middle of a layer; nothing where they are no product of the axes.
-std::optional<Beam> ProductBeam(const Display& display, const Layer& layer) {
+// The beams' widths in the middle of a layer.
+Beam ProductBeam(const Display& display, const Layer& layer) {
   Beam beam = MiddleBeams(display, layer);
   if (const auto* lenslets = std::get_if<LensletArray>(&layer.optics)) {
     if (lenslets->lattice == LensletArray::Lattice::kHexagonal) {
@@ -36,8 +36,6 @@ std::optional<Beam> ProductBeam(const Display& display, const Layer& layer) {
       beam.y.aperture_mm *= kBoxOfHexagon;
     }
   }
-  const auto* lenticular = std::get_if<Lenticular>(&layer.optics);
-  if (lenticular != nullptr && lenticular->slant != 0) return std::nullopt;
   return beam;
 }
 
@@ -232,15 +230,13 @@ void StripOfLimit::Add(std::size_t part, const SectionFilter& along_x,
 
 }  // namespace
 
-std::optional<BandLimit> BandLimitOf(const Display& display) {
+BandLimit BandLimitOf(const Display& display) {
   BandLimit limit{WeightsOf(display), {}, {}, {}, {}};
   std::vector<BeamOfLayer> along_x;
   for (const Layer& layer : display.layers) {
-    const std::optional<Beam> beam = ProductBeam(display, layer);
-    if (!beam) return std::nullopt;
     limit.layers_mm.push_back(layer.position_mm);
-    limit.beams.push_back(*beam);
-    along_x.push_back({beam->x, layer.position_mm});
+    limit.beams.push_back(ProductBeam(display, layer));
+    along_x.push_back({limit.beams.back().x, layer.position_mm});
   }
   limit.planes_mm = BlurPlanes(display, along_x, kWideningOfLimit,
                                kFarthestOfLimit * display.viewing_distance_mm);

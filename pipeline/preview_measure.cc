@@ -212,8 +212,8 @@ std::optional<HaloErrors> MeasureHalo(const PreviewPicture& simulated, const Eye
                                       int border_px) {
   if (target.rims.empty()) return std::nullopt;
   const Image<float> known = KnownToBoth(simulated, target.picture);
-  const Image<Rgb8>& aim = target.band_limited.empty() ? target.picture.codes : target.band_limited;
-  return SumHaloErrors(simulated.codes.span(), aim.span(), target.rims, {border_px, known.span()});
+  return SumHaloErrors(simulated.codes.span(), target.band_limited.span(), target.rims,
+                       {border_px, known.span()});
 }
 
 double MeanShare(const PreviewPicture& picture) {

@@ -33,7 +33,7 @@ struct EyeTarget {
 
 // What is made beside a target's picture.
 struct TargetParts {
-  const BandLimit* limit = nullptr;     // may be null
+  const BandLimit* limit = nullptr;     // null: no band-limited target
   const ShadowBlur* shadows = nullptr;  // may be null; pinhole eyes alone have rims
   bool keeps_light = false;             // likewise
 };
@@ -67,8 +67,8 @@ struct BandLimitMetrics {
 BandLimitMetrics CompareToBandLimited(const PreviewPicture& simulated, const EyeTarget& target,
                                       int border_px);
 
-// Of what an eye sees against its band-limited target, or its target where there is none; over the
-// pixels that both know. Nothing where nothing is occluded.
+// Of what an eye sees against its band-limited target, over the pixels that both know. Nothing
+// where nothing is occluded.
 std::optional<HaloErrors> MeasureHalo(const PreviewPicture& simulated, const EyeTarget& target,
                                       int border_px);
 

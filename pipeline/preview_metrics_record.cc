@@ -44,17 +44,16 @@ Json ToJson(const DisplayTotals& totals) {
 // The means' fields of metrics.json.
 Json MeansJson(const PreviewResult& result) {
   const GridMeans means = MeansOf(result);
-  Json json = {{"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
-               {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
-               {"ssim_seen", Number(means.ssim_seen)},
-               {"known", Number(means.known)},
-               {"seen", Number(means.seen)}};
-  if (IsBandLimited(result)) {
-    json["to_band_limited"] = {{"psnr_srgb_seen_db", Number(means.to_band_limited_db)},
-                               {"ssim_seen", Number(means.to_band_limited_ssim)}};
-    json["band_limited_to_target"] = {
-        {"psnr_srgb_seen_db", Number(means.band_limited_to_target_db)}};
-  }
+  Json json = {
+      {"psnr_srgb_seen_db", Number(means.psnr_seen_db)},
+      {"worst_psnr_srgb_seen_db", Number(means.worst_psnr_seen_db)},
+      {"ssim_seen", Number(means.ssim_seen)},
+      {"known", Number(means.known)},
+      {"seen", Number(means.seen)},
+      {"to_band_limited",
+       {{"psnr_srgb_seen_db", Number(means.to_band_limited_db)},
+        {"ssim_seen", Number(means.to_band_limited_ssim)}}},
+      {"band_limited_to_target", {{"psnr_srgb_seen_db", Number(means.band_limited_to_target_db)}}}};
   if (means.halo) json["halo"] = ToJson(*means.halo);
   json["angular_aliasing"] = ToJson(result.aliasing);
   return json;
@@ -73,12 +72,10 @@ Json ToJson(const EyeResult& eye) {
                {"known", Number(MeanShare(eye.simulated))},
                {"seen", Number(MeanShare(eye.target.picture))}};
   json.update(ToJson(eye.metrics));
-  if (eye.band_limit) {
-    json["to_band_limited"] = ToJson(eye.band_limit->simulated);
-    const PreviewMetrics& target = eye.band_limit->target;
-    json["band_limited_to_target"] = {{"psnr_srgb_db", Number(target.psnr_db)},
-                                      {"psnr_srgb_seen_db", Number(target.psnr_seen_db)}};
-  }
+  json["to_band_limited"] = ToJson(eye.band_limit.simulated);
+  const PreviewMetrics& target = eye.band_limit.target;
+  json["band_limited_to_target"] = {{"psnr_srgb_db", Number(target.psnr_db)},
+                                    {"psnr_srgb_seen_db", Number(target.psnr_seen_db)}};
   const std::optional<HaloFigures> halo = eye.halo ? FiguresOf(*eye.halo) : std::nullopt;
   if (halo) json["halo"] = ToJson(*halo);
   return json;

@@ -218,14 +218,11 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
   page.facts = PreviewFacts(record, result, options);
   page.metrics_note = fmt::format(
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "
-      "target is the capture rendered along the same lines of sight without a display.",
+      "target is the capture rendered along the same lines of sight without a display. The "
+      "band-limited target is that blurred depth by depth, as wide as the beams are of the layers "
+      "that show it: what they can carry. What is between it and the simulated picture is the "
+      "display's own error.",
       options.border_px);
-  if (IsBandLimited(result)) {
-    page.metrics_note +=
-        " The band-limited target is that blurred depth by depth, as wide as the beams are of the "
-        "layers that show it: what they can carry. What is between it and the simulated picture is "
-        "the display's own error.";
-  }
   page.tables = PreviewTables(result);
   return page;
 }

@@ -25,8 +25,6 @@ class MeanOfFigures {
 
 }  // namespace
 
-bool IsBandLimited(const PreviewResult& result) { return result.grid[0].band_limit.has_value(); }
-
 GridMeans MeansOf(const PreviewResult& result) {
   GridMeans means;
   MeanOfFigures psnr, ssim, to_limited, to_limited_ssim, limited;
@@ -39,11 +37,9 @@ GridMeans MeansOf(const PreviewResult& result) {
     if (decibels && std::isfinite(*decibels)) {
       means.worst_psnr_seen_db = std::min(means.worst_psnr_seen_db.value_or(*decibels), *decibels);
     }
-    if (eye.band_limit) {
-      to_limited.Add(eye.band_limit->simulated.psnr_seen_db);
-      to_limited_ssim.Add(eye.band_limit->simulated.ssim_seen);
-      limited.Add(eye.band_limit->target.psnr_seen_db);
-    }
+    to_limited.Add(eye.band_limit.simulated.psnr_seen_db);
+    to_limited_ssim.Add(eye.band_limit.simulated.ssim_seen);
+    limited.Add(eye.band_limit.target.psnr_seen_db);
     if (eye.halo) halo += *eye.halo;
     means.known += MeanShare(eye.simulated) / n;
     means.seen += MeanShare(eye.target.picture) / n;

@@ -19,7 +19,7 @@ struct EyeResult {
   PreviewPicture simulated;
   EyeTarget target;  // of which the picture alone is left once it is compared
   PreviewMetrics metrics;
-  std::optional<BandLimitMetrics> band_limit = {};  // nothing where the display has no BandLimit
+  BandLimitMetrics band_limit = {};
   std::optional<HaloErrors> halo = {};
 };
 
@@ -43,9 +43,6 @@ struct PreviewResult {
   AliasingResult aliasing = {};
   DisplayTotals totals = {};
 };
-
-// Displays have a band-limited target for all eyes or for none.
-bool IsBandLimited(const PreviewResult& result);
 
 // Means over the grid's eyes that have a figure (equal pictures have none of PSNR). PSNR and SSIM
 // are those of the pixels that both pictures know: where no camera saw anything the display is

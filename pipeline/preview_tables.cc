@@ -38,12 +38,10 @@ PageTable TableOfMeans(const PreviewResult& result) {
   PageTable table{"Means over the eyes above", {"Compared", "PSNR, dB (sRGB)", "SSIM"}, {}};
   table.rows.push_back(
       {"simulated, target", Decibels(means.psnr_seen_db), Similarity(means.ssim_seen)});
-  if (IsBandLimited(result)) {
-    table.rows.push_back({"simulated, band-limited target", Decibels(means.to_band_limited_db),
-                          Similarity(means.to_band_limited_ssim)});
-    table.rows.push_back(
-        {"band-limited target, target", Decibels(means.band_limited_to_target_db), "-"});
-  }
+  table.rows.push_back({"simulated, band-limited target", Decibels(means.to_band_limited_db),
+                        Similarity(means.to_band_limited_ssim)});
+  table.rows.push_back(
+      {"band-limited target, target", Decibels(means.band_limited_to_target_db), "-"});
   return table;
 }
 
@@ -72,21 +70,16 @@ PageTable TableOfArtefacts(const PreviewResult& result) {
 PageTable TableOfEyes(const std::string& title, const std::string& place,
                       const std::vector<EyeResult>& eyes,
                       const std::function<std::string(const Eye&)>& place_of) {
-  PageTable table{title, {place, "PSNR, dB (sRGB)", "of all pixels", "SSIM"}, {}};
-  const bool limited = eyes[0].band_limit.has_value();
-  if (limited) {
-    for (const char* column : {"PSNR to band-limited", "SSIM to band-limited", "of band-limited"}) {
-      table.columns.emplace_back(column);
-    }
-  }
+  PageTable table{title,
+                  {place, "PSNR, dB (sRGB)", "of all pixels", "SSIM", "PSNR to band-limited",
+                   "SSIM to band-limited", "of band-limited"},
+                  {}};
   for (const EyeResult& eye : eyes) {
-    std::vector<std::string>& row = table.rows.emplace_back();
-    row = {place_of(eye.eye), Decibels(eye.metrics.psnr_seen_db), Decibels(eye.metrics.psnr_db),
-           Similarity(eye.metrics.ssim_seen)};
-    if (!limited) continue;
-    row.push_back(Decibels(eye.band_limit->simulated.psnr_seen_db));
-    row.push_back(Similarity(eye.band_limit->simulated.ssim_seen));
-    row.push_back(Decibels(eye.band_limit->target.psnr_seen_db));
+    const auto& [simulated, target] = eye.band_limit;
+    table.rows.push_back({place_of(eye.eye), Decibels(eye.metrics.psnr_seen_db),
+                          Decibels(eye.metrics.psnr_db), Similarity(eye.metrics.ssim_seen),
+                          Decibels(simulated.psnr_seen_db), Similarity(simulated.ssim_seen),
+                          Decibels(target.psnr_seen_db)});
   }
   return table;
 }

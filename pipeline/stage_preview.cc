@@ -232,9 +232,7 @@ AliasingResult MeasureAliasing(EyeResult& middle, EyeResult& beside, int border_
 void MeasureEye(PreviewPicture simulated, int border_px, EyeResult& eye) {
   eye.simulated = std::move(simulated);
   eye.metrics = Compare(eye.simulated, eye.target.picture, border_px);
-  if (!eye.target.band_limited.empty()) {
-    eye.band_limit = CompareToBandLimited(eye.simulated, eye.target, border_px);
-  }
+  eye.band_limit = CompareToBandLimited(eye.simulated, eye.target, border_px);
   eye.halo = MeasureHalo(eye.simulated, eye.target, border_px);
   eye.target.band_limited = {};
   eye.target.rims = {};
@@ -474,11 +472,10 @@ StageReport RunPreview(const Workspace& workspace, const PreviewOptions& options
                          direct);
         });
     const std::unique_ptr<RaySource> placed = Placed(*source, record.placement);
-    const std::optional<BandLimit> limit = BandLimitOf(DisplayOf(record));
+    const BandLimit limit = BandLimitOf(DisplayOf(record));
     const std::optional<ShadowBlur> shadows = ShadowBlurOf(DisplayOf(record));
-    RenderTargets(*placed, record.placement.mm_per_view_px,
-                  {limit ? &*limit : nullptr, shadows ? &*shadows : nullptr}, middle, beside_middle,
-                  result, direct, progress);
+    RenderTargets(*placed, record.placement.mm_per_view_px, {&limit, shadows ? &*shadows : nullptr},
+                  middle, beside_middle, result, direct, progress);
   }
   std::vector<EyeResult*> eyes = AllEyes(result);
   eyes.push_back(&beside_middle);
