@@ -14,9 +14,8 @@
 #include "lightfield/error.h"
 #include "lightfield/image_io.h"
 #include "lightfield/parallel.h"
-#include "pipeline/pipeline.h"
-#include "pipeline/synth_scene.h"
 #include "pipeline/visual_json.h"
+#include "tests/pipeline/card_scene.h"
 #include "tests/scratch.h"
 
 namespace lamella {
@@ -121,34 +120,9 @@ TEST(DrawQuilt, DrawsLargeTilesInStrips) {
   EXPECT_NEAR(centre.y(), 1400 + scale * 40 / 80 * 1400, 0.02);
 }
 
-// Cards before a wall, seen by 3 x 3 cameras.
-constexpr const char* kQuiltRecipe = R"(
-[cameras]
-layout = "grid"
-views = 9
-spacing = 0.15
-width_px = 120
-height_px = 160
-target = [0, 0, -0.5]
-height = 0
-[lighting]
-ambient = 0.9
-lamp_strength = 0
-[photographs]
-format = "png"
-[[surface]]
-shape = "rectangle"
-centre = [0, 0, -2.2]
-u = [11, 0, 0]
-v = [0, 12, 0.4]
-texture = { pattern = "noise", scale = 0.9 }
-[[surface]]
-shape = "rectangle"
-centre = [-0.2, 0, 0.4]
-u = [0.7, 0, 0.1]
-v = [-0.05, 0.8, 0]
-texture = { pattern = "noise", scale = 0.5, octaves = 5, light = [0.9, 0.4, 0.2] }
-)";
+// Of a tile's shape.
+constexpr CardScene kQuiltCards = {
+    .views = 9, .width_px = 120, .height_px = 160, .wall_height = 12, .card_width = 0.7};
 
 // A panel of as many pixels as a tile has, with cells.
 VisualJson SmallPanel() {
@@ -169,13 +143,9 @@ VisualJson SmallPanel() {
 
 class RenderQuiltTest : public testing::Test {
  protected:
-  RenderQuiltTest() : root_(ScratchFolder()), workspace_(root_ / "W") {
-    WriteTextAtomically(root_ / "cards.toml", kQuiltRecipe);
-    SynthScene(ReadRecipe(root_ / "cards.toml"), root_ / "capture", SilentProgress());
-    PipelineOptions options;
-    options.capture.input = (root_ / "capture").string();
-    options.depth.source = "given";
-    RunPipeline(workspace_, options, "capture", "depth", SilentProgress());
+  RenderQuiltTest()
+      : root_(ScratchFolder()),
+        workspace_(RunWithExactDepth(WriteCards(kQuiltCards, root_), "depth")) {
     small_.columns = 3;
     small_.rows = 2;
     small_.cone_deg = 6;

@@ -11,7 +11,7 @@
 #include "pipeline/compare_layers.h"
 #include "pipeline/layers_record.h"
 #include "pipeline/pipeline.h"
-#include "pipeline/synth_scene.h"
+#include "tests/pipeline/card_scene.h"
 #include "tests/scratch.h"
 
 namespace lamella {
@@ -19,41 +19,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Cards before a wall, seen by 5 x 5 cameras. What makes the two algorithms comparable: the cameras
-// span the eye box (from beyond them an eye sees of the wall what no camera saw), and a pixel of
-// theirs is one of the panel, so that both worlds are band-limited alike.
-constexpr const char* kRecipe = R"(
-[cameras]
-layout = "grid"
-views = 25
-spacing = 0.15
-width_px = 320
-height_px = 240
-target = [0, 0, -0.5]
-height = 0
-[lighting]
-ambient = 0.9
-lamp_strength = 0
-[photographs]
-format = "png"
-[[surface]]
-shape = "rectangle"
-centre = [0, 0, -2.2]
-u = [11, 0, 0]
-v = [0, 8, 0.4]
-texture = { pattern = "noise", scale = 0.9 }
-[[surface]]
-shape = "rectangle"
-centre = [-0.2, 0, 0.4]
-u = [0.9, 0, 0.1]
-v = [-0.05, 0.8, 0]
-texture = { pattern = "noise", scale = 0.5, octaves = 5, light = [0.9, 0.4, 0.2] }
-)";
+// What makes the two algorithms comparable: the cameras span the eye box (from beyond them an eye
+// sees of the wall what no camera saw), and a pixel of theirs is one of the panel, so that both
+// worlds are band-limited alike.
+constexpr CardScene kCards = {
+    .views = 25, .width_px = 320, .height_px = 240, .wall_height = 8, .card_width = 0.9};
 
 class SynthLayersTest : public testing::Test {
  protected:
   SynthLayersTest() : root_(ScratchFolder()) {
-    WriteTextAtomically(root_ / "cards.toml", kRecipe);
+    WriteCards(kCards, root_);
     Display display = FindDisplay("paper-two-layer");
     display.width_px = 324;
     display.height_px = 240;
@@ -70,15 +45,9 @@ class SynthLayersTest : public testing::Test {
     return options;
   }
   Workspace Capture() const {
-    SynthScene(ReadRecipe(root_ / "cards.toml"), root_ / "capture", SilentProgress());
     PipelineOptions options;
-    options.capture.input = (root_ / "capture").string();
-    options.depth.source = "given";
     options.layers = Options().layers;
-    Workspace workspace(root_ / "W");
-    EXPECT_EQ(RunPipeline(workspace, options, "capture", "layers", SilentProgress()),
-              ExitCode::kDone);
-    return workspace;
+    return RunWithExactDepth(root_ / "cards.toml", "layers", options);
   }
   fs::path root_;
 };
