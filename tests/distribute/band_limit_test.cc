@@ -432,7 +432,7 @@ TEST(BandLimit, OfSlantedLensesIsSeenThroughLeaningSlices) {
     Display display = SheetDisplay(lenses);
     display.width_px = 120;
     display.height_px = 96;
-    for (const double z : {-20.0, 0.0, 11.0}) {
+    for (const double z : {-20.0, 0.0}) {
       const SheetBeam beam = BeamOn(lenses, z);
       for (const PlaneWave& wave : WavesBelowCutoff(beam, z)) {
         EXPECT_NEAR(LeftBeforeEyes(display, wave, options),
