@@ -245,6 +245,24 @@ TEST(CaptureSource, ARectangleNeverChangesAValue) {
   }
 }
 
+// Rows far down a large bundle, whose coordinates have fewer digits left.
+TEST(CaptureSource, NoValueDependsOnWhereRowsBegin) {
+  const auto source = CaptureSource(NineViews(TwoPlanes()), {});
+  const RayBundle bundle = BundleOfCamera(
+      PinholeOf(9 * kRenderWidth, 9 * kRenderHeight, 9 * kFocal), PoseAt({0.02, -0.01, 0}));
+  const Image<RaySample> whole = QueryWhole(*source, bundle);
+  constexpr int kRows = 30;
+  for (int y = 100; y + kRows < bundle.height; y += 70) {
+    Image<RaySample> rows(bundle.width, kRows);
+    source->Query(bundle, {0, y, bundle.width, kRows}, rows.span());
+    for (int v = 0; v < kRows; ++v) {
+      for (int x = 0; x < bundle.width; ++x) {
+        ASSERT_TRUE(SameBytes(rows(x, v), whole(x, y + v))) << x << "," << y + v;
+      }
+    }
+  }
+}
+
 TEST(CaptureSource, ResultsDoNotDependOnTheNumberOfThreads) {
   const RayBundle bundle = NewView();
   const Image<RaySample> many = QueryWhole(*CaptureSource(NineViews(TwoPlanes()), {}), bundle);
