@@ -14,9 +14,9 @@ namespace {
 
 // Layers that take of a row of samples in one go: it comes from far, so it is read once for both.
 constexpr std::size_t kLayersTogether = 2;
-// Rows of samples whose emitters' sums one task owns, and such tasks. What emitters at a border
-// reach beyond it is taken twice.
-constexpr int kLeastBandRows = 32, kBandsPerThread = 4;
+// A task owns the sums of the emitters of at most so many rows of samples, but for many rows, which
+// are as many tasks for each thread. What emitters at a border reach beyond it is taken twice.
+constexpr int kBandRows = 32, kBandsPerThread = 4;
 
 // A row of emitters of layer first_layer + layer of a band, and what it takes along y.
 struct BandRow {
@@ -29,13 +29,14 @@ struct BandRow {
 struct Band {
   std::span<LayerSums> layers;
   int first_layer = 0;
-  std::vector<BandRow> rows;
+  std::vector<BandRow> rows;  // never none
+  int first_sample() const { return rows.front().overlap->first_sample; }
 };
 
 int NumBands(int sample_rows) {
   const int threads = NumThreads();
   const int most = kBandsPerThread * threads;
-  const int rounds = (sample_rows + kLeastBandRows * threads - 1) / (kLeastBandRows * threads);
+  const int rounds = (sample_rows + kBandRows * threads - 1) / (kBandRows * threads);
   return std::clamp(rounds * threads, 1, most);
 }
 
@@ -72,7 +73,10 @@ class Room {
       lights_ = std::move(Kept().back());
       Kept().pop_back();
     }
-    if (lights_.size() < lights) lights_.resize(lights);
+    if (lights_.size() < lights) {
+      lights_ = {};  // before there is another
+      lights_ = std::vector<Light>(lights);
+    }
   }
   ~Room() {
     if (!lights_.empty()) Kept().push_back(std::move(lights_));
@@ -306,6 +310,10 @@ void Accumulate(std::span<const NodeSamples> nodes, int node_y, const LayerWeigh
     if (layers[l].overlaps.own.empty()) continue;
     AccumulateOwn(nodes, node_y, weights, static_cast<int>(l), layers[l]);
   }
+  // Bands of the same samples after each other.
+  std::stable_sort(bands.begin(), bands.end(), [](const Band& a, const Band& b) {
+    return a.first_sample() < b.first_sample();
+  });
   ParallelForEach(0, static_cast<std::int64_t>(bands.size()), [&](std::int64_t i) {
     AddBand(bands[static_cast<std::size_t>(i)], nodes, weights);
   });

@@ -163,7 +163,8 @@ class Distributor {
         beams_(EnclosingBeams(display_, maps_, options)),
         nodes_(NodesOf(display_, beams_, !maps_.empty(), options)),
         strips_(StripsOf(display_, nodes_, source, !maps_.empty(), options.memory_gib * kGib)),
-        samples_(Index(NodesAtATime(display_, nodes_, strips_.at(0).rows()))),
+        samples_(Index(NodesAtATime(display_, nodes_, source, !maps_.empty(), strips_.at(0).rows(),
+                                    options.memory_gib * kGib))),
         blur_(nodes_.planes_mm, display_.layers.size()),
         layers_(display_.layers.size()),
         sums_(display_.layers.size()) {

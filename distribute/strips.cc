@@ -133,38 +133,47 @@ double BytesOfSamples(const Display& display, const NodeLattice& nodes, int rows
 
 }  // namespace
 
-int NodesAtATime(const Display& display, const NodeLattice& nodes, int rows) {
-  if (!nodes.planes_mm.empty()) return kNodesTogether;
-  const double bytes = kNodesTogether * std::max(BytesOfSamples(display, nodes, rows), 1.0);
-  const int most = (nodes.x.count + kNodesTogether - 1) / kNodesTogether;
-  const double groups = std::clamp(kNodesBytes / bytes, 1.0, std::max<double>(most, 1));
-  return kNodesTogether * static_cast<int>(groups);
-}
-
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
-                     bool own_beams, int rows) {
+                     bool own_beams, int rows, int nodes_at_a_time) {
   const int width = Widest(nodes.samples_x), height = SampleRows(display, nodes, rows);
-  const int at_a_time = NodesAtATime(display, nodes, rows);
   int columns = 0, columns_of_slots = 0;
+  double groups = 1;  // of nodes, that filter to the same column
   for (const Layer& layer : display.layers) {
     columns = std::max(columns, EmitterColumns(display, layer));
     columns_of_slots =
         std::max(columns_of_slots, SlotsPerAxis(layer) * EmitterColumns(display, layer));
+    groups = std::max(groups, NodesOfBeam(display, layer, nodes.x) / kNodesTogether + 1);
   }
+  groups = std::min<double>(groups, nodes_at_a_time / kNodesTogether);
   const bool blurs = !nodes.planes_mm.empty();
   // A thread takes the rows of samples of one beam from each node, for two layers, and filters them
-  // to columns, of which neighbouring nodes share some and for which it keeps weights; it gives
-  // away a block of emitters in two forms.
+  // to columns of up to two families, for which it keeps weights; it gives away a block of emitters
+  // in two forms.
   const double filtered = blurs ? height : std::ceil(SampleRowsOfBeam(display, nodes));
   const double of_thread =
-      2 * (at_a_time * filtered * width + 2 * (filtered + 2) * columns_of_slots) * sizeof(Light) +
+      2 * (nodes_at_a_time * filtered * width + 2 * groups * (filtered + 2) * columns_of_slots) *
+          sizeof(Light) +
       2.0 * kBlockRows * columns * (sizeof(Rgb) + sizeof(float));
   const double beams =
       own_beams ? BytesOfOwnBeams(display, nodes, rows) : BytesOfBeams(display, nodes, rows);
   // The blur holds apart what is unknown, and a node's samples of a plane.
   return (blurs ? 2 : 1) * BytesOfSums(display, rows) + beams +
-         (blurs ? 3 : 1) * at_a_time * BytesOfSamples(display, nodes, rows) +
+         (blurs ? 3 : 1) * nodes_at_a_time * BytesOfSamples(display, nodes, rows) +
          source.QueryBytes(width, height) + NumThreads() * of_thread;
+}
+
+int NodesAtATime(const Display& display, const NodeLattice& nodes, const RaySource& source,
+                 bool own_beams, int rows, double bytes) {
+  if (own_beams || !nodes.planes_mm.empty()) return kNodesTogether;
+  const double of_node = std::max(BytesOfSamples(display, nodes, rows), 1.0);
+  int at_a_time = kNodesTogether;
+  while (at_a_time < nodes.x.count) {
+    const int more = at_a_time + kNodesTogether;
+    if (more * of_node > kNodesBytes) break;
+    if (BytesOfStrips(display, nodes, source, own_beams, rows, more) > bytes) break;
+    at_a_time = more;
+  }
+  return at_a_time;
 }
 
 std::vector<Strip> StripsOf(const Display& display, const NodeLattice& nodes,

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "distribute/accumulate.h"
 #include "distribute/nodes.h"
 #include "lightfield/display.h"
 #include "lightfield/ray_source.h"
@@ -22,12 +23,13 @@ inline constexpr int kBlockRows = 32;
 // beams and their overlaps (of every emitter where these have beams of their own), the nodes'
 // samples, what the source needs to answer for them, and what threads hold.
 double BytesOfStrips(const Display& display, const NodeLattice& nodes, const RaySource& source,
-                     bool own_beams, int rows);
+                     bool own_beams, int rows, int nodes_at_a_time = kNodesTogether);
 
 // Of a row of nodes, those whose samples are held at a time while the strips have `rows` rows:
-// whole groups of kNodesTogether. More share emitters, which is faster while all of it lies in the
-// caches.
-int NodesAtATime(const Display& display, const NodeLattice& nodes, int rows);
+// whole groups of kNodesTogether, as many as fit into `bytes` and are fast (more share emitters'
+// sums), but one where nodes share nothing: for emitters' own beams, and for the blur.
+int NodesAtATime(const Display& display, const NodeLattice& nodes, const RaySource& source,
+                 bool own_beams, int rows, double bytes);
 
 // Even strips of whole blocks: as few as take at most `bytes`; where none does, of one block. Low
 // strips take long: what lies around a strip is asked for again for the next one.

@@ -220,8 +220,8 @@ PreviewPage MakePreviewPage(const Workspace& workspace, const LayersRecord& reco
       "8-bit sRGB codes; a border of {} px is left out, and so are pixels that no camera saw. The "
       "target is the capture rendered along the same lines of sight without a display. The "
       "band-limited target is that blurred depth by depth, as wide as the beams are of the layers "
-      "that show it: what they can carry. What is between it and the simulated picture is the "
-      "display's own error.",
+      "that show it: what they can carry, but for the lean of slanted lenses. What is between it "
+      "and the simulated picture is the display's own error.",
       options.border_px);
   page.tables = PreviewTables(result);
   return page;

@@ -30,7 +30,8 @@ struct CapturedResult {
   PreviewMetrics simulated_to_captured, direct_to_captured, simulated_to_direct;
 };
 
-// Between the grid's middle eye and one a step to its right, which is not among the eyes.
+// Between the grid's middle eye and one a step to its right (negative: left), which is not among
+// the eyes.
 struct AliasingResult {
   double step_mm = 0;
   std::optional<double> db = {};  // AngularAliasing()

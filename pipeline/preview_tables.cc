@@ -50,7 +50,8 @@ PageTable TableOfArtefacts(const PreviewResult& result) {
   const auto percent = [](const std::optional<double>& share) {
     return share ? fmt::format("{:+.1f} %", 100 * *share) : std::string("-");
   };
-  PageTable table{"Halos and shimmer of the same eyes", {"Figure", "Against the target"}, {}};
+  PageTable table{
+      "Halos and shimmer of the same eyes", {"Figure", "Against the band-limited target"}, {}};
   if (const std::optional<HaloFigures> halo = MeansOf(result).halo) {
     table.rows.push_back(
         {"light behind the edges of what occludes another layer's content", percent(halo->behind)});
