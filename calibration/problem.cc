@@ -7,9 +7,6 @@
 namespace lamella {
 namespace {
 
-// As a calibration may have it (Check): air, and more than any glass.
-constexpr double kLeastIndex = 1, kLargestIndex = 4;
-
 struct SlipPrior {
   double slip_sd_px;
   template <class T>
@@ -83,10 +80,6 @@ void JointProblem::AddLayer(std::size_t i) {
   free_->AddNumbers(layer.emitter_shape.data(), {emitter.begin(), emitter.end()});
   free_->AddNumbers(layer.modulator_shape.data(), {modulator.begin(), modulator.end()});
   free_->AddNumbers(&layer.index, {columns_.index[i]});
-  if (columns_.index[i] >= 0) {
-    problem_->SetParameterLowerBound(&layer.index, 0, kLeastIndex);
-    problem_->SetParameterUpperBound(&layer.index, 0, kLargestIndex);
-  }
   free_->AddNumbers(&layer.plate_mm, {columns_.plate[i]});
 }
 

@@ -204,6 +204,22 @@ void TakeBack(const Candidate& candidate, const Structure& structure,
   fit = std::move(smaller);
 }
 
+// Nothing in a gap refracts less than air: what an index below 1 was fitted to is air, by chance or
+// by what else is not modelled. Whether there was any.
+bool HoldAir(const Structure& structure, const Observations& observations, Fit& fit) {
+  FreeGroups free = fit.free;
+  Fit next = fit;
+  for (std::size_t i = 0; i < next.state.layers.size(); ++i) {
+    double& index = next.state.layers[i].index;
+    if (fit.columns.index[i] < 0 || index >= 1) continue;
+    index = 1;
+    free.air.push_back(static_cast<int>(i));
+  }
+  if (free == fit.free) return false;
+  fit = Refit(next, structure, observations, free);
+  return true;
+}
+
 void Record(GroupVerdict verdict, std::vector<GroupVerdict>& verdicts) {
   for (GroupVerdict& other : verdicts) {
     if (other.group != verdict.group) continue;
@@ -267,7 +283,9 @@ Selection SelectGroups(const CalibrationState& start, const Structure& structure
   for (const Candidate& candidate : kCandidates) {
     TakeBack(candidate, structure, observations, selection);
   }
-  Settle(structure, observations, fit);
+  do {
+    Settle(structure, observations, fit);
+  } while (HoldAir(structure, observations, fit));
   return selection;
 }
 

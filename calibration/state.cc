@@ -85,7 +85,8 @@ void AddLayer(ColumnMaker& maker, const Structure& structure, int i, const FreeG
   maker.columns.modulator_shape.push_back(shape(modulator, has_modulator));
   // Where the datasheet is in doubt, so is the material, or whether there is any: 0.5 from acrylic
   // to air. Known ten times better, one material can be told from another.
-  const bool index = free.index && relation;
+  const bool air = std::find(free.air.begin(), free.air.end(), i) != free.air.end();
+  const bool index = free.index && relation && !air;
   maker.columns.index.push_back(index ? maker.Next(name + " index", 0.5, "") : -1);
   const bool plate = free.plate && design.plate && (has_emitter || has_modulator);
   maker.columns.plate.push_back(plate ? maker.Next(name + " plate thickness", 1, "mm") : -1);

@@ -49,9 +49,10 @@ struct FreeGroups {
   bool scale = false;        // of every panel but the reference
   bool aspect_skew = false;  // likewise
   bool bow = false;          // of every panel
-  bool index = false;        // of every gap that is not air
+  bool index = false;        // of every gap
   bool plate = false;        // thickness where the design has one
   bool slip = true;          // a shift of every photograph, with a prior
+  std::vector<int> air;      // layers whose index is 1, whatever else is free
   friend bool operator==(const FreeGroups&, const FreeGroups&) = default;
 };
 

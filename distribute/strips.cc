@@ -144,7 +144,7 @@ double BytesOfStrips(const Display& display, const NodeLattice& nodes, const Ray
         std::max(columns_of_slots, SlotsPerAxis(layer) * EmitterColumns(display, layer));
     groups = std::max(groups, NodesOfBeam(display, layer, nodes.x) / kNodesTogether + 1);
   }
-  groups = std::min<double>(groups, nodes_at_a_time / kNodesTogether);
+  groups = std::min(groups, static_cast<double>(nodes_at_a_time) / kNodesTogether);
   const bool blurs = !nodes.planes_mm.empty();
   // A thread takes the rows of samples of one beam from each node, for two layers, and filters them
   // to columns of up to two families, for which it keeps weights; it gives away a block of emitters
