@@ -38,7 +38,7 @@ TRIALS, FIRST_SEED = 20, 301  # of the calibration loop
 TERMS = {"nothing": ((), None), "panels bowed by 0.02 mm": (("--bow", "0.02"), "bow"),
          "a splitter's glass of 5 mm, as designed": (("--plate", "5"), None),
          "a splitter's glass of 5.4 mm, not 5": (("--plate", "5.4"), "plate thickness"),
-         "spacers of index 1.55, not 1.49": (("--index", "1.55"), "index")}
+         "air for spacers of index 1.49": (("--index", "1"), "index")}
 TERM_GROUPS = ("bow", "plate thickness", "index")
 LOOP_FIGURES = {"gap_error_mm": ("gap", "mm", 0.01), "rotation_error_deg": ("rotation", "°", 0.001),
                 "ray_rms_px": ("rays, RMS", "panel px", 0.02), "ray_max_px": ("rays, largest", "panel px", 0.06)}

@@ -16,7 +16,7 @@
 #
 # What the design does not know: --bow, panels are bowed by so much, emitters towards the viewer,
 # modulators away; --plate, a splitter's glass before the front layer is so thick (5 mm by design);
-# --index, the spacers' index (1.49 by design).
+# --index, the spacers' index (1.49 by design; 1: there are none).
 #
 # --width is of the photographs (3:2; 2736, 5 megapixels), --small takes panels of a sixteenth of the
 # pixels and photographs of 1 megapixel, which know less. --out keeps all files (half a GB for a
