@@ -86,7 +86,7 @@ TEST_P(ForwardModel, HasTheDerivativesOfItsDifferences) {
   const Structure structure = StructureOf(scene.exact, scene.design);
   CalibrationState state = TrueState(scene, structure);
   for (std::size_t i = 0; i < state.slips_px.size(); ++i) state.slips_px[i] << 0.1, -0.2;
-  const FreeGroups all{true, true, true, true, true, true, true};
+  const FreeGroups all{true, true, true, true, true, true, true, {}};
   const Columns columns = ColumnsOf(structure, all, scene.exact);
   // The gradient of the cost of a data set with residuals of 1 px at every point.
   Observations moved = scene.exact;
@@ -127,7 +127,7 @@ TEST(ForwardModelJacobian, IsThatOfDifferencesAtEveryPoint) {
   const StandardScene scene = MakeStandardScene(options);
   const Structure structure = StructureOf(scene.exact, scene.design);
   const CalibrationState state = TrueState(scene, structure);
-  const FreeGroups all{true, true, true, true, true, true, true};
+  const FreeGroups all{true, true, true, true, true, true, true, {}};
   const Columns columns = ColumnsOf(structure, all, scene.exact);
   const Weighting weighting;
   const NormalEquations equations = Linearise(state, structure, columns, scene.exact, weighting);
