@@ -60,15 +60,16 @@ struct PreviewMetrics {
 };
 PreviewMetrics Compare(const PreviewPicture& a, const PreviewPicture& b, int border_px);
 
-// What an eye sees, and the target itself, against the band-limited target; SSIM of the first only.
+// What an eye sees, and the target itself, against the band-limited target, which must have been
+// asked for; SSIM of the first only.
 struct BandLimitMetrics {
   PreviewMetrics simulated, target;
 };
 BandLimitMetrics CompareToBandLimited(const PreviewPicture& simulated, const EyeTarget& target,
                                       int border_px);
 
-// Of what an eye sees against its band-limited target, over the pixels that both know. Nothing
-// where nothing is occluded.
+// Of what an eye sees against its band-limited target, which must have been asked for, over the
+// pixels that both know. Nothing where nothing is occluded.
 std::optional<HaloErrors> MeasureHalo(const PreviewPicture& simulated, const EyeTarget& target,
                                       int border_px);
 

@@ -62,7 +62,7 @@ PageTable TableOfArtefacts(const PreviewResult& result) {
   }
   table.rows.push_back(
       {fmt::format("angular aliasing, middle eye against one {:.1f} mm beside it, dB",
-                   result.aliasing.step_mm),
+                   std::abs(result.aliasing.step_mm)),
        Decibels(result.aliasing.db)});
   return table;
 }

@@ -1,6 +1,7 @@
 // What distribution allocates against what it was allowed, counted at operator new.
 #include "distribute/strips.h"
 
+#include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -61,28 +62,55 @@ double AllocatedFor(const RaySource& source, const Display& display, const Layer
   return allocated.PeakBytes();
 }
 
-TEST(Strips, TakeNoMoreMemoryThanTheyMayWhateverTheDisplay) {
-  for (const Display& display :
-       {Panel("paper-two-layer", 240, 320), Panel("paper-one-layer", 480, 480),
-        WithOptics(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6}, 240, 320),
-        WithOptics(Lenticular{7.5, 0.17, 9, 0.3}, 60, 320)}) {
-    for (const int bytes_per_ray : {0, 40}) {
-      const Everything source(bytes_per_ray);
-      LayersOptions options;
-      const double least = LeastBytes(source, display, options);
-      for (const double times : {1.0, 100.0}) {
-        options.memory_gib = times * least / kGib;
-        int rows = 0;
-        const double taken = AllocatedFor(source, display, options, nullptr, &rows);
-        EXPECT_LE(taken, times * least) << display.name << " " << times;
-        if (times == 1) {
-          EXPECT_GE(taken, 0.25 * least) << display.name;
-        }
-        EXPECT_EQ(rows, display.emitter_rows());
+struct MemoryCase {
+  const char* name;
+  Display display;
+  int nodes_per_step = 1;
+};
+
+// One display a process: threads keep the rooms for rows that they once had.
+class StripsMemory : public testing::TestWithParam<MemoryCase> {};
+
+TEST_P(StripsMemory, IsNoMoreThanItMayBe) {
+  const Display& display = GetParam().display;
+  for (const int bytes_per_ray : {40, 0}) {
+    const Everything source(bytes_per_ray);
+    LayersOptions options;
+    options.nodes_per_step = GetParam().nodes_per_step;
+    const double least = LeastBytes(source, display, options);
+    for (const double times : {1.0, 100.0}) {
+      options.memory_gib = times * least / kGib;
+      int rows = 0;
+      const double taken = AllocatedFor(source, display, options, nullptr, &rows);
+      EXPECT_LE(taken, times * least) << times;
+      if (times == 1) {
+        EXPECT_GE(taken, 0.25 * least);
       }
+      EXPECT_EQ(rows, display.emitter_rows());
     }
   }
 }
+
+Display TwoHexagonalSheets() {
+  Display display = Panel("paper-two-layer", 240, 320);
+  for (Layer& layer : display.layers) {
+    layer.optics = LensletArray{LensletArray::Lattice::kHexagonal, 8, 6};
+  }
+  return display;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Displays, StripsMemory,
+    testing::Values(MemoryCase{"two_barriers", Panel("paper-two-layer", 240, 320)},
+                    MemoryCase{"one_barrier", Panel("paper-one-layer", 480, 480)},
+                    MemoryCase{"hexagonal",
+                               WithOptics(LensletArray{LensletArray::Lattice::kHexagonal, 8, 6},
+                                          240, 320)},
+                    MemoryCase{"slanted", WithOptics(Lenticular{7.5, 0.17, 9, 0.3}, 60, 320)},
+                    MemoryCase{"two_hexagonal", TwoHexagonalSheets()},
+                    MemoryCase{"two_barriers_many_nodes", Panel("paper-two-layer", 240, 160), 3},
+                    MemoryCase{"two_hexagonal_many_nodes", TwoHexagonalSheets(), 3}),
+    [](const auto& memory_case) { return std::string(memory_case.param.name); });
 
 TEST(Strips, TakeNoMoreMemoryThanTheyMayForTheBlur) {
   const Display display = Panel("paper-two-layer", 120, 320);
